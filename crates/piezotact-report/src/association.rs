@@ -3,6 +3,7 @@
 use maud::{Markup, html};
 use piezotact::criterion::Outcome;
 use piezotact::document::Words;
+use piezotact::number::signed;
 use piezotact::warning::merged;
 use piezotact_people::association::{
     Asked, Association, AssociationMatrix, Cell, Ordering, PairOutcome, Row,
@@ -265,8 +266,7 @@ fn pairs(found: &Association) -> Result<Markup, DrawError> {
 }
 
 fn ordering_section(ordering: &Ordering) -> Result<Markup, DrawError> {
-    let tau_text =
-        |tau: Option<f64>| tau.map_or("–".into(), |tau| format!("{tau:.3}").replace('-', "−"));
+    let tau_text = |tau: Option<f64>| tau.map_or("–".into(), |tau| signed(tau, 3));
     Ok(html! {
         section {
             h2 { "Orders of task " (ordering.task) }

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use piezotact_people::association::AssociationMatrix;
 
+use crate::alternative;
 use crate::format::{Format, both};
 use crate::image::escaped;
 
@@ -16,9 +17,21 @@ const BAR: f64 = 0.7;
 
 /// The bars in both formats.
 pub(crate) fn svg(matrix: &AssociationMatrix) -> String {
-    let drawn: Result<String, std::convert::Infallible> =
-        both(|format| Ok(View::of(matrix, format).drawn(matrix)));
+    let drawn: Result<String, std::convert::Infallible> = both(&alternative(matrix), |format| {
+        Ok(View::of(matrix, format).drawn(matrix))
+    });
     drawn.unwrap_or_else(|never| match never {})
+}
+
+fn alternative(matrix: &AssociationMatrix) -> String {
+    let rows: Vec<String> = (matrix.rows.iter())
+        .map(|row| row.stimulus.name.clone())
+        .collect();
+    alternative::matrix(
+        "association as bars, %",
+        ("presented", &rows),
+        ("declared as", &matrix.samples),
+    )
 }
 
 /// How the plane is seen: columns run to the lower right, rows to the upper right, so that the diagonal lies across.
@@ -87,7 +100,7 @@ impl View {
         let (width, height) = (f64::from(self.format.width), self.height);
         let size = self.format.text;
         let mut svg = format!(
-            "<svg role=\"img\" viewBox=\"0 0 {width} {height:.0}\" xmlns=\"http://www.w3.org/2000/svg\" font-family=\"sans-serif\" font-size=\"{size}\" fill=\"{INK}\">"
+            "<svg role=\"img\" viewBox=\"0 0 {width} {height:.0}\" xmlns=\"http://www.w3.org/2000/svg\" font-family=\"sans-serif\" font-size=\"{size}\" fill=\"{INK}\">\n<rect width=\"{width}\" height=\"{height:.0}\" fill=\"#ffffff\"/>"
         );
         for (i, row) in matrix.rows.iter().enumerate() {
             for (j, cell) in row.cells.iter().enumerate() {

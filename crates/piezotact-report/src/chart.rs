@@ -9,8 +9,9 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use piezotact::figure::{Chart, Line, Mark, Scale, Tone, Weight};
 
 use crate::DrawError;
+use crate::alternative;
 use crate::axis::{Drawable, Ticked};
-use crate::format::{Format, both};
+use crate::format::{Format, both, labelled};
 use crate::legend::Place;
 
 /// The width of a figure in a page.
@@ -118,7 +119,9 @@ pub(crate) fn half_pixels(weight: Weight) -> u32 {
 /// # Errors
 /// [`DrawError`] where the plotting library refuses it.
 pub fn svg(chart: &Chart, height: u32) -> Result<String, DrawError> {
-    both(|format| Plot::new(chart, format, height).svg())
+    both(&alternative::chart(chart), |format| {
+        Plot::new(chart, format, height).svg()
+    })
 }
 
 /// The wide one with its size in pixels, for a file of its own.
@@ -127,12 +130,17 @@ pub fn svg(chart: &Chart, height: u32) -> Result<String, DrawError> {
 /// As [`svg()`].
 pub fn file(chart: &Chart, height: u32) -> Result<String, DrawError> {
     let plot = Plot::new(chart, Format::WIDE, height);
-    Ok(sized(&plot.svg()?, plot.height))
+    Ok(sized(
+        &plot.svg()?,
+        plot.height(),
+        &alternative::chart(chart),
+    ))
 }
 
-/// `svg` with its size, which a page leaves to the width there is.
-pub(crate) fn sized(svg: &str, height: u32) -> String {
-    let size = format!("width=\"{WIDTH}\" height=\"{height}\"");
+/// `svg` with its size, which a page leaves to the width there is, and with the text `alternative`.
+pub(crate) fn sized(svg: &str, height: u32, alternative: &str) -> String {
+    let label = labelled(alternative);
+    let size = format!("width=\"{WIDTH}\" height=\"{height}\" role=\"img\" {label}");
     svg.replacen("role=\"img\"", &size, 1)
 }
 
@@ -143,15 +151,30 @@ pub(crate) fn font<'f>(format: Format) -> TextStyle<'f> {
     ("sans-serif", size).into_font().color(&TEXT)
 }
 
+/// What stands below a plot.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Below {
+    /// Marks with their numbers or names, and the label of x.
+    Axis,
+    /// Marks alone: the axis stands below another plot.
+    Marks,
+}
+
 /// A chart while it is drawn.
-struct Plot<'c> {
+pub(crate) struct Plot<'c> {
     chart: &'c Chart,
     format: Format,
     legend: Place<'c>,
     /// The label of y above the chart, where it is too long to stand along its axis.
     above: Vec<String>,
+    /// How wide is what stands left of the plot: numbers, and the label of y along its axis.
+    pub(crate) left: u32,
+    /// How wide is what stands right of the chart: its legend, if it is there.
+    pub(crate) beside: u32,
+    below: Below,
     /// Whether the names of x stand upright.
     upright: bool,
+    /// Without the legend and a label of y above the plot, and without upright names below it.
     height: u32,
 }
 
@@ -164,7 +187,7 @@ impl std::ops::Deref for Plot<'_> {
 }
 
 impl<'c> Plot<'c> {
-    fn new(chart: &'c Chart, format: Format, height: u32) -> Self {
+    pub(crate) fn new(chart: &'c Chart, format: Format, height: u32) -> Self {
         let height = if format.is_narrow() {
             (height * 3 / 5).max(190)
         } else {
@@ -174,36 +197,69 @@ impl<'c> Plot<'c> {
         let legend = Place::of(labelled, format, chart.legend, height);
         let line = line_height(format);
         let along = f64::from(height.saturating_sub(5 * line));
-        let above = if format.is_narrow() || format.width_of(&chart.y.label) > along {
-            format.lines(&chart.y.label, f64::from(format.width - 2 * EDGE))
-        } else {
-            Vec::new()
-        };
-        let mut plot = Self {
+        let is_long = format.is_narrow() || format.width_of(&chart.y.label) > along;
+        let beside = legend.width();
+        let plot = Self {
             chart,
             format,
             legend,
-            above,
+            above: Vec::new(),
+            left: 0,
+            beside,
+            below: Below::Axis,
             upright: false,
             height,
         };
-        plot.upright = plot.needs_upright_names();
-        // What stands above and below the plot does not take from it.
-        plot.height += 2 * EDGE + plot.legend.rows() * line + plot.above.len() as u32 * line;
-        if plot.upright {
-            plot.height += plot.below().saturating_sub(3 * line);
+        match is_long {
+            true => plot.labelled_above(),
+            false => {
+                let left = plot.needed_left();
+                plot.framed(left, beside, Below::Axis)
+            }
         }
-        plot
+    }
+
+    /// The same with the label of y above the plot.
+    pub(crate) fn labelled_above(mut self) -> Self {
+        let room = f64::from(self.format.width - 2 * EDGE);
+        self.above = self.format.lines(&self.y.label, room);
+        let left = self.needed_left();
+        let beside = self.beside;
+        self.framed(left, beside, Below::Axis)
+    }
+
+    /// Whether the label of y stands above the plot.
+    pub(crate) fn is_labelled_above(&self) -> bool {
+        !self.above.is_empty()
+    }
+
+    /// The same with so much left of its plot and right of it, and this below.
+    pub(crate) fn framed(mut self, left: u32, beside: u32, below: Below) -> Self {
+        (self.left, self.beside, self.below) = (left, beside, below);
+        self.upright = self.needs_upright_names();
+        self
+    }
+
+    /// The height of the whole: what stands above and below the plot does not take from it.
+    pub(crate) fn height(&self) -> u32 {
+        let line = line_height(self.format);
+        let usual = 2 * EDGE + self.legend.rows() * line + self.above.len() as u32 * line;
+        let height = self.height + usual;
+        match self.below {
+            Below::Marks => height.saturating_sub(2 * line),
+            Below::Axis if self.upright => height + self.below_px().saturating_sub(3 * line),
+            Below::Axis => height,
+        }
     }
 
     /// How wide the plot itself is.
     fn inner_width(&self) -> u32 {
-        let beside = 2 * EDGE + self.left() + self.right() + self.legend.width();
-        self.format.width.saturating_sub(beside).max(LEAST_WIDTH)
+        let around = 2 * EDGE + self.left + self.right() + self.beside;
+        self.format.width.saturating_sub(around).max(LEAST_WIDTH)
     }
 
-    /// What stands left of the plot: numbers, and the label of y along its axis.
-    fn left(&self) -> u32 {
+    /// How wide is what must stand left of the plot.
+    fn needed_left(&self) -> u32 {
         let axis = self.y.ranged(14, f64::INFINITY, &|_| 0.0);
         let marks = axis.key_points(BoldPoints(Y_MARKS));
         let widths = marks
@@ -222,11 +278,12 @@ impl<'c> Plot<'c> {
         self.format.text * 3 / 2
     }
 
-    /// What stands below the plot: numbers or names, and the label of x.
-    fn below(&self) -> u32 {
+    /// How high is what stands below the plot.
+    fn below_px(&self) -> u32 {
         let line = line_height(self.format);
         let label = if self.x.label.is_empty() { 0 } else { line };
         match &self.x.scale {
+            _ if self.below == Below::Marks => 2 * TICK,
             Scale::Names(names) if self.upright => {
                 let widths = names.iter().map(|name| self.format.width_of(name));
                 widths.fold(0.0, f64::max).min(LONGEST_NAME) as u32 + line + label
@@ -246,9 +303,9 @@ impl<'c> Plot<'c> {
         widest.fold(0.0, f64::max) + letter > each && 1.1 * f64::from(self.format.text) < each
     }
 
-    fn svg(&self) -> Result<String, DrawError> {
+    pub(crate) fn svg(&self) -> Result<String, DrawError> {
         let mut svg = String::new();
-        let (width, height) = (self.format.width * FINE, self.height * FINE);
+        let (width, height) = (self.format.width * FINE, self.height() * FINE);
         {
             let area = SVGBackend::with_string(&mut svg, (width, height)).into_drawing_area();
             area.fill(&WHITE).map_err(plot_failed)?;
@@ -264,16 +321,16 @@ impl<'c> Plot<'c> {
                 head.draw(&Text::new(text.as_str(), place, style))
                     .map_err(plot_failed)?;
             }
-            let (plot, side) = below
-                .split_horizontally((self.format.width - 2 * EDGE - self.legend.width()) * FINE);
+            let (plot, side) =
+                below.split_horizontally((self.format.width - 2 * EDGE - self.beside) * FINE);
             self.legend.column_in(&side)?;
             let mut builder = ChartBuilder::on(&plot);
             builder
                 .margin_top(self.format.text * FINE * 2 / 3)
                 .margin_bottom(4 * FINE)
                 .margin_right(self.right() * FINE)
-                .x_label_area_size(self.below() * FINE)
-                .y_label_area_size(self.left() * FINE);
+                .x_label_area_size(self.below_px() * FINE)
+                .y_label_area_size(self.left * FINE);
             if !self.title.is_empty() {
                 let size = 1.24 * f64::from(self.format.text * FINE);
                 builder.caption(&self.title, ("sans-serif", size));
@@ -330,7 +387,7 @@ impl<'c> Plot<'c> {
             _ if self.format.is_narrow() => 5,
             _ => 9,
         };
-        let text = |place: &f64| match self.upright {
+        let text = |place: &f64| match self.upright || self.below == Below::Marks {
             true => String::new(),
             false => self.x.text(*place),
         };
@@ -338,8 +395,10 @@ impl<'c> Plot<'c> {
         if self.above.is_empty() {
             mesh.y_desc(&self.y.label);
         }
-        mesh.x_desc(&self.x.label)
-            .x_labels(x_labels)
+        if self.below == Below::Axis {
+            mesh.x_desc(&self.x.label);
+        }
+        mesh.x_labels(x_labels)
             .y_labels(Y_MARKS)
             .set_all_tick_mark_size(TICK * FINE)
             .x_label_formatter(&text)
@@ -367,7 +426,8 @@ impl<'c> Plot<'c> {
             self.draw_line(&mut chart, line)?;
         }
         self.draw_notes(&mut chart, &font)?;
-        if let (Scale::Names(names), true) = (&self.x.scale, self.upright) {
+        if let (Scale::Names(names), true, Below::Axis) = (&self.x.scale, self.upright, self.below)
+        {
             let (left, top) = area.get_base_pixel();
             let style = font
                 .transform(FontTransform::Rotate270)
@@ -492,13 +552,14 @@ impl<'c> Plot<'c> {
                 .map_err(plot_failed)?;
         }
         if matches!(line.mark, Mark::Dots | Mark::Joined) {
-            let radius = match line.weight {
-                Weight::Thick => 7,
-                Weight::Thin | Weight::Usual => 4,
+            let radius = match (line.weight, line.mark) {
+                (Weight::Thick, _) => 7 * fine,
+                (Weight::Thin, Mark::Dots) => 5 * fine / 2,
+                _ => 4 * fine,
             };
             let dots = inside
                 .iter()
-                .map(|point| Circle::new(*point, radius * fine, colour(line.tone).filled()));
+                .map(|point| Circle::new(*point, radius, colour(line.tone).filled()));
             chart.draw_series(dots).map_err(plot_failed)?;
         }
         // A narrow figure shows no more points than a wide one.

@@ -8,14 +8,15 @@ use piezotact::verify::{Beside, Tones, UncompensatedPrediction, Verification};
 use crate::chart::{self, HEIGHT};
 use crate::verify::{Page, Uncompensated};
 use crate::{Draw, DrawError};
-use piezotact::figure::{Axis, Chart, Legend, Line, Tone, range};
+use piezotact::figure::{Axis, Chart, Legend, Line, Panels, Tone, range};
 use piezotact::number::digits;
 
-const TARGET: Tone = Tone::Reference;
-/// The target where the measurement lies over it.
+/// The target: the measurement lies over it.
 const UNDER: Tone = Tone::Pale;
 const MEASURED: Tone = Tone::Main;
 const OTHER: Tone = Tone::Second;
+/// What is compared as well.
+const THIRD: Tone = Tone::Signal;
 
 /// Above this the textures of the thesis hold next to nothing, Hz.
 const TEXTURES_END_HZ: f64 = 500.0;
@@ -74,7 +75,7 @@ fn judged(verification: &Verification) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// Target and measured PSD around the band that is judged.
+/// Target and measured PSD around the band that is judged, and below them the error of every line that is judged.
 pub(crate) fn spectra(verification: &Verification) -> Result<String, DrawError> {
     let f = &verification.frequency_hz;
     let target = decibels(f, &verification.target_psd);
@@ -83,10 +84,10 @@ pub(crate) fn spectra(verification: &Verification) -> Result<String, DrawError> 
         Line::new("target", UNDER, target).thick(),
         Line::new("measured on the finger", MEASURED, measured),
     ];
-    spectra_chart(verification, lines)
+    Panels::new(vec![psds(verification, lines), error(verification)]).svg(HEIGHT + 40)
 }
 
-/// The target's PSD, and those of what an open and a closed loop made of it.
+/// The target's PSD, and those of what an open and a closed loop made of it; below, the error of the closed one.
 pub(crate) fn open_and_closed(
     open: &Verification,
     closed: &Verification,
@@ -102,7 +103,7 @@ pub(crate) fn open_and_closed(
         .thin(),
         Line::new("closed loop", MEASURED, decibels(f, &closed.measured_psd)),
     ];
-    spectra_chart(closed, lines)
+    Panels::new(vec![psds(closed, lines), error(closed)]).svg(HEIGHT + 40)
 }
 
 /// The target's PSD, that of the measurement, and those of further measurements.
@@ -127,7 +128,7 @@ pub(crate) fn all_spectra(page: &Page<'_>) -> Result<String, DrawError> {
 /// Colours of `count` lines beside the one of the measurement.
 fn others(count: usize) -> Vec<Tone> {
     match count {
-        0..=2 => vec![OTHER, TARGET],
+        0..=2 => vec![OTHER, THIRD],
         // The third of them is as green as the measurement.
         3..=6 => {
             let mut colours = Tone::several(7);
@@ -226,7 +227,7 @@ pub(crate) fn beside_waveforms(
 pub(crate) const BEFORE_DRAWN_S: f64 = 0.5;
 
 /// The waveforms before, and that of the target, on one scale.
-pub(crate) fn before_waveforms(page: &Page<'_>) -> Result<(String, String), DrawError> {
+pub(crate) fn before_waveforms(page: &Page<'_>) -> Result<String, DrawError> {
     let points = |series: &Series<Acceleration>| -> Vec<(f64, f64)> {
         let (rate_hz, mean) = (series.rate().hz(), mean(series.samples()));
         let drawn = (BEFORE_DRAWN_S * rate_hz) as usize;
@@ -254,9 +255,8 @@ pub(crate) fn before_waveforms(page: &Page<'_>) -> Result<(String, String), Draw
             Axis::new("acceleration, m/s²", -reach, reach),
             lines,
         )
-        .svg(HEIGHT - 40)
     };
-    Ok((drawn(before)?, drawn(after)?))
+    Panels::new(vec![drawn(before), drawn(after)]).svg(HEIGHT - 20)
 }
 
 /// The PSDs before, and that of the target.
@@ -329,7 +329,7 @@ pub(crate) fn uncompensated(
         ),
         Line::new(
             "sent directly, attenuated",
-            TARGET,
+            THIRD,
             decibels(&quiet.frequency_hz, &quiet.measured_psd),
         )
         .thin(),
@@ -338,6 +338,10 @@ pub(crate) fn uncompensated(
 }
 
 fn spectra_chart(verification: &Verification, lines: Vec<Line>) -> Result<String, DrawError> {
+    psds(verification, lines).svg(HEIGHT + 40)
+}
+
+fn psds(verification: &Verification, lines: Vec<Line>) -> Chart {
     let (from, to) = span(verification.band_hz);
     let points: Vec<&[(f64, f64)]> = lines.iter().map(|line| line.points.as_slice()).collect();
     let (low, high) = range(&points, from, to, 10.0, 70.0);
@@ -352,11 +356,10 @@ fn spectra_chart(verification: &Verification, lines: Vec<Line>) -> Result<String
         legend: Legend::Above,
         lines,
     }
-    .svg(HEIGHT + 40)
 }
 
 /// The error of every line that is judged.
-pub(crate) fn error(verification: &Verification) -> Result<String, DrawError> {
+fn error(verification: &Verification) -> Chart {
     let (from, to) = span(verification.band_hz);
     let points: Vec<(f64, f64)> = verification
         .error_frequency_hz
@@ -378,7 +381,6 @@ pub(crate) fn error(verification: &Verification) -> Result<String, DrawError> {
         legend: Legend::Above,
         lines: vec![Line::new("", MEASURED, points)],
     }
-    .svg(HEIGHT - 60)
 }
 
 /// A short stretch of the target and the aligned measurement, from the middle.
@@ -465,7 +467,7 @@ pub(crate) fn drive(drive: &Series<Drive>, limit: f64) -> Result<String, DrawErr
         rejected: Vec::new(),
         notes: Vec::new(),
         legend: Legend::Above,
-        lines: vec![Line::new("", MEASURED, points).thin()],
+        lines: vec![Line::new("", OTHER, points).thin()],
     }
     .svg(HEIGHT - 60)
 }

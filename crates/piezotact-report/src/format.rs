@@ -1,5 +1,7 @@
 //! The two formats in which every figure of a page is drawn: for wide and for narrow places. A page shows the one that fits.
 
+use crate::image::escaped;
+
 /// How wide a figure is and how large its texts are, in pixels of the drawing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Format {
@@ -68,10 +70,14 @@ impl Format {
     }
 }
 
-/// A figure in both formats, one after the other, each with its class.
-pub(crate) fn both<E>(drawn: impl Fn(Format) -> Result<String, E>) -> Result<String, E> {
+/// A figure in both formats, one after the other, each with its class and with the text `alternative` for who cannot see it.
+pub(crate) fn both<E>(
+    alternative: &str,
+    drawn: impl Fn(Format) -> Result<String, E>,
+) -> Result<String, E> {
+    let label = labelled(alternative);
     let classed = |format: Format| -> Result<String, E> {
-        let class = format!("role=\"img\" class=\"{}\"", format.class);
+        let class = format!("role=\"img\" class=\"{}\" {label}", format.class);
         Ok(drawn(format)?.replacen("role=\"img\"", &class, 1))
     };
     Ok(format!(
@@ -79,6 +85,12 @@ pub(crate) fn both<E>(drawn: impl Fn(Format) -> Result<String, E>) -> Result<Str
         classed(Format::WIDE)?,
         classed(Format::NARROW)?
     ))
+}
+
+/// The attribute of a drawing that says what it shows.
+pub(crate) fn labelled(alternative: &str) -> String {
+    let text = escaped(alternative).replace('"', "&quot;");
+    format!("aria-label=\"{text}\"")
 }
 
 #[cfg(test)]

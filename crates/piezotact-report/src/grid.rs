@@ -4,7 +4,8 @@ use std::fmt::Write as _;
 
 use piezotact::figure::Matrix;
 
-use crate::format::{Format, both};
+use crate::alternative;
+use crate::format::{Format, both, labelled};
 use crate::image::escaped;
 
 const INK: &str = "#464e56";
@@ -90,7 +91,8 @@ impl From<&Matrix> for Grid {
 impl Grid {
     /// For a page: in both formats.
     pub(crate) fn svg(&self) -> String {
-        let drawn: Result<String, std::convert::Infallible> = both(|format| Ok(self.drawn(format)));
+        let drawn: Result<String, std::convert::Infallible> =
+            both(&self.alternative(), |format| Ok(self.drawn(format)));
         drawn.unwrap_or_else(|never| match never {})
     }
 
@@ -100,7 +102,16 @@ impl Grid {
         expect(dead_code, reason = "only reports of answers draw it")
     )]
     pub(crate) fn single(&self) -> String {
-        self.drawn(Format::WIDE)
+        let label = format!("role=\"img\" {}", labelled(&self.alternative()));
+        self.drawn(Format::WIDE).replacen("role=\"img\"", &label, 1)
+    }
+
+    fn alternative(&self) -> String {
+        alternative::matrix(
+            &self.scale_label,
+            (&self.row_label, &self.rows),
+            (&self.column_label, &self.columns),
+        )
     }
 
     fn drawn(&self, format: Format) -> String {

@@ -3,6 +3,7 @@
 use piezotact::figure::Heatmap;
 
 use crate::DrawError;
+use crate::alternative;
 use crate::format::{Format, both};
 use crate::image::{Colours, Image, Svg, ticks};
 
@@ -21,7 +22,7 @@ const SHORTEST_BAR: f64 = 10.0;
 /// # Errors
 /// [`DrawError`] where the image cannot be made.
 pub fn svg(map: &Heatmap) -> Result<String, DrawError> {
-    both(|format| drawn(map, format))
+    both(&alternative::heatmap(map), |format| drawn(map, format))
 }
 
 fn drawn(map: &Heatmap, format: Format) -> Result<String, DrawError> {
@@ -30,7 +31,9 @@ fn drawn(map: &Heatmap, format: Format) -> Result<String, DrawError> {
     let left = (f64::from(format.width) - all).max(0.0) / 2.0 + format.em(LEFT);
     let top = format.em(1.0);
     let bar = height.max(format.em(SHORTEST_BAR));
-    let mut svg = Svg::new(format, top + (height + format.em(BELOW)).max(bar + top));
+    let whole = top + (height + format.em(BELOW)).max(bar + top);
+    let mut svg = Svg::new(format, whole);
+    svg.background(whole);
     let image = Image {
         values: &map.values,
         columns: map.columns,

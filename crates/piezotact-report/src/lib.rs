@@ -1,5 +1,6 @@
 //! Renders documents: figures as SVG, pages as HTML. It computes nothing, touches no file and knows no command line.
 
+mod alternative;
 #[cfg(feature = "people")]
 pub mod association;
 mod axis;
@@ -28,10 +29,11 @@ pub mod rendering;
 pub mod report;
 pub mod score;
 pub mod spectrogram;
+mod stacked;
 pub mod touch;
 pub mod verify;
 
-use piezotact::figure::{Chart, Drawn, Figure};
+use piezotact::figure::{Chart, Drawn, Figure, Panels};
 
 pub(crate) use page::{UNKNOWN_BENCH, bench_text};
 pub use page::{broad_document, document, figure, file_name};
@@ -77,6 +79,7 @@ pub fn svg(figure: &Figure, height: u32) -> Result<String, DrawError> {
     }
     match &figure.drawn {
         Drawn::Chart(chart) => chart::svg(chart, height),
+        Drawn::Panels(panels) => stacked::svg(panels, height),
         Drawn::Heatmap(map) => heatmap::svg(map),
         Drawn::Matrix(matrix) => Ok(grid::Grid::from(matrix).svg()),
         Drawn::Spectrograms(all) => spectrogram::svg(all),
@@ -86,11 +89,13 @@ pub fn svg(figure: &Figure, height: u32) -> Result<String, DrawError> {
 
 /// Whether the figure shows at least one point.
 fn has_a_point(drawn: &Drawn) -> bool {
+    let plotted = |chart: &Chart| {
+        let mut points = chart.lines.iter().flat_map(|line| &line.points);
+        points.any(|(x, y)| x.is_finite() && y.is_finite())
+    };
     match drawn {
-        Drawn::Chart(chart) => {
-            let mut points = chart.lines.iter().flat_map(|line| &line.points);
-            points.any(|(x, y)| x.is_finite() && y.is_finite())
-        }
+        Drawn::Chart(chart) => plotted(chart),
+        Drawn::Panels(panels) => panels.charts.iter().any(plotted),
         Drawn::Heatmap(map) => map.values.iter().any(|value| value.is_finite()),
         Drawn::Matrix(matrix) => matrix.percent.iter().flatten().any(Option::is_some),
         Drawn::Spectrograms(all) => !all.panels.is_empty(),
@@ -113,5 +118,11 @@ pub trait Draw {
 impl Draw for Chart {
     fn svg(&self, height: u32) -> Result<String, DrawError> {
         chart::svg(self, height)
+    }
+}
+
+impl Draw for Panels {
+    fn svg(&self, height: u32) -> Result<String, DrawError> {
+        stacked::svg(self, height)
     }
 }

@@ -3,6 +3,7 @@
 use piezotact::figure::{Axis, MapGround, MapPanel, Maps};
 
 use crate::DrawError;
+use crate::alternative;
 use crate::format::{Format, both};
 use crate::image::{Colours, Image, Svg, ticks};
 
@@ -25,7 +26,7 @@ const TALLEST_BAR: f64 = 300.0;
 /// # Errors
 /// [`DrawError`] where an image cannot be made.
 pub(crate) fn svg(maps: &Maps) -> Result<String, DrawError> {
-    both(|format| drawn(maps, format))
+    both(&alternative::maps(maps), |format| drawn(maps, format))
 }
 
 fn drawn(maps: &Maps, format: Format) -> Result<String, DrawError> {

@@ -27,7 +27,10 @@ fn page_of(title: &str, class: Option<&str>, body: &Markup) -> String {
                 title { (title) }
                 style { (PreEscaped(include_str!("style.css"))) }
             }
-            body class=[class] { main { (body) } }
+            body class=[class] {
+                main { (body) }
+                script { (PreEscaped(include_str!("save.js"))) }
+            }
         }
     };
     markup.into_string()

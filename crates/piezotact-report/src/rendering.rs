@@ -252,7 +252,8 @@ fn capital(text: &str) -> String {
 
 /// A number of the open loop and what became of it.
 fn then(open: f64, closed: f64, decimals: usize) -> String {
-    format!("{open:.decimals$} → {closed:.decimals$}").replace('-', "−")
+    let [open, closed] = [open, closed].map(|value| signed(value, decimals));
+    format!("{open} → {closed}")
 }
 
 fn refused(page: &Page) -> Markup {
@@ -285,9 +286,8 @@ fn one(row: &Row<'_>, words: &dyn Words) -> Result<Markup, DrawError> {
                 @if bands.is_empty() { "No part of the band is given up." } @else { (format!("Given up: {}.", bands.join(", "))) }
             }
             (figure(&figures::open_and_closed(row.open, row.closed)?, "Power spectral densities of the target and of the \
-                measured responses in open and closed loop. Shaded: the bands that the inverse reaches."))
-            (figure(&figures::error(row.closed)?, "Remaining error in the closed loop at each spectral line. Red: the \
-                limit for its rms."))
+                measured responses in open and closed loop, and below the remaining error in the closed loop at each spectral line. \
+                Shaded: the bands that the inverse reaches. Red: the limit for the rms of the error."))
             @if !row.drive.about.warnings.is_empty() {
                 ul.warnings { @for warning in merged(&row.drive.about.warnings) { li { (words.merged(&warning)) } } }
             }

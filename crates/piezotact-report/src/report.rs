@@ -7,7 +7,7 @@ use piezotact::page::{Block, Cell, Fact, Number, Page, Section, Table};
 use piezotact::warning::Merged;
 
 use crate::chart::HEIGHT;
-use crate::{DrawError, broad_document, document, figure, svg};
+use crate::{DrawError, alternative, broad_document, document, figure, svg};
 
 /// A page and a text hold tables up to this many columns; CSV holds any.
 pub const MOST_COLUMNS: usize = 40;
@@ -112,11 +112,11 @@ fn drawn_blocks(blocks: &[Block], words: &dyn Words) -> Result<Vec<Markup>, Draw
 
 fn facts(all: &[Fact]) -> Markup {
     html! {
-        div.wide {
+        div.wide tabindex="0" role="region" aria-label="Facts" {
             table.facts {
                 @for fact in all {
                     tr {
-                        th { (fact.name) }
+                        th scope="row" { (fact.name) }
                         td {
                             (fact.value)
                             @if !fact.steps.is_empty() { ol { @for step in &fact.steps { li { (step) } } } }
@@ -217,9 +217,9 @@ pub(crate) fn drawn_table(table: &Table) -> Result<Markup, DrawError> {
         })
     };
     Ok(html! {
-        div.wide {
+        div.wide tabindex="0" role="region" aria-label=(alternative::table(table)) {
             table {
-                tr { @for (i, column) in table.columns.iter().enumerate() { th class=[class(i)] { (column.heading) } } }
+                tr { @for (i, column) in table.columns.iter().enumerate() { th scope="col" class=[class(i)] { (column.heading) } } }
                 @for row in &table.rows {
                     tr { @for (i, cell) in row.iter().enumerate() { td class=[class(i)] data-value=[exact(cell)] { (cell_text(cell)) } } }
                 }

@@ -3,6 +3,7 @@
 use maud::{Markup, html};
 use piezotact::criterion::Outcome as Judged;
 use piezotact::document::Words;
+use piezotact::number::signed;
 use piezotact::page::limit_text;
 use piezotact::quantity::{Decibels, Hertz};
 use piezotact::recording::Recording;
@@ -240,7 +241,7 @@ fn table(s: &Score) -> Markup {
 }
 
 fn minus(value: f64, decimals: usize) -> String {
-    format!("{value:.decimals$}").replace('-', "−")
+    signed(value, decimals)
 }
 
 /// What is no part of the score.

@@ -3,6 +3,7 @@
 use piezotact::figure::{SpectrogramPanel, Spectrograms};
 
 use crate::DrawError;
+use crate::alternative;
 use crate::chart::sized;
 use crate::format::{Format, both};
 use crate::image::{Colours, Image, Svg, ticks};
@@ -31,7 +32,9 @@ const BELOW_SCALE: f64 = 0.02;
 /// # Errors
 /// [`DrawError`] where an image cannot be made.
 pub fn svg(figure: &Spectrograms) -> Result<String, DrawError> {
-    both(|format| drawn(figure, format))
+    both(&alternative::spectrograms(figure), |format| {
+        drawn(figure, format)
+    })
 }
 
 fn drawn(figure: &Spectrograms, format: Format) -> Result<String, DrawError> {
@@ -109,7 +112,8 @@ fn drawn(figure: &Spectrograms, format: Format) -> Result<String, DrawError> {
 pub fn file(figure: &Spectrograms) -> Result<String, DrawError> {
     let layout = Layout::of(figure.panels.len(), Format::WIDE);
     let height = layout.height(&figure.note).round() as u32;
-    Ok(sized(&drawn(figure, Format::WIDE)?, height))
+    let label = alternative::spectrograms(figure);
+    Ok(sized(&drawn(figure, Format::WIDE)?, height, &label))
 }
 
 /// Where panels stand: the same size each, in rows.
@@ -357,7 +361,7 @@ mod tests {
         assert!((100.0..=130.0).contains(&at_hz), "{at_hz}");
         let alone = file(&figure(vec![panel], "V²/Hz")).unwrap();
         assert!(
-            alone.starts_with("<svg width=\"900\" height=\"417\""),
+            alone.starts_with("<svg width=\"900\" height=\"417\" role=\"img\" aria-label=\"Spec"),
             "{}",
             &alone[..80]
         );

@@ -22,6 +22,8 @@ pub struct Figure {
 pub enum Drawn {
     /// Curves and points between two axes.
     Chart(Chart),
+    /// Charts below each other, over one axis.
+    Panels(Panels),
     /// Values on a grid as colours.
     Heatmap(Heatmap),
     /// Percentages with the names of rows and columns.
@@ -87,6 +89,36 @@ impl Chart {
     pub fn captioned(self, caption: impl Into<String>) -> Figure {
         Figure {
             drawn: Drawn::Chart(self),
+            caption: caption.into(),
+        }
+    }
+}
+
+/// Charts below each other over one axis x, which stands below the last: their plots begin and end at the same places.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct Panels {
+    /// The charts from the top, all with the same x.
+    pub charts: Vec<Chart>,
+}
+
+impl Panels {
+    /// `charts` over the x of the first.
+    #[must_use]
+    pub fn new(mut charts: Vec<Chart>) -> Self {
+        if let Some(x) = charts.first().map(|chart| chart.x.clone()) {
+            for chart in &mut charts {
+                chart.x = x.clone();
+            }
+        }
+        Self { charts }
+    }
+
+    /// The figure of these charts.
+    #[must_use]
+    pub fn captioned(self, caption: impl Into<String>) -> Figure {
+        Figure {
+            drawn: Drawn::Panels(self),
             caption: caption.into(),
         }
     }

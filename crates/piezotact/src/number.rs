@@ -4,7 +4,7 @@
 ///
 /// ```
 /// use piezotact::number::digits;
-/// assert_eq!([digits(12345.0), digits(0.012345), digits(0.0)], ["12345", "0.0123", "0.00"]);
+/// assert_eq!([digits(12345.0), digits(0.012345), digits(-0.0)], ["12345", "0.0123", "0.00"]);
 /// ```
 #[must_use]
 pub fn digits(value: f64) -> String {
@@ -31,6 +31,8 @@ pub fn digits_signed(value: f64) -> String {
 /// ```
 #[must_use]
 pub fn digits_that_count(value: f64, count: u32) -> String {
+    // A negative zero is a zero.
+    let value = value + 0.0;
     let most = f64::from(count) - 1.0;
     let before = if value == 0.0 {
         0.0

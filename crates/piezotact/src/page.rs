@@ -378,6 +378,8 @@ pub fn limit_number(value: f64, unit: &str) -> String {
         "people" if value == 1.0 => "person",
         unit => unit,
     };
+    // A negative zero is a zero.
+    let value = value + 0.0;
     let size = value.abs();
     let decimals = match size {
         _ if size >= 100.0 => 1,

@@ -48,7 +48,7 @@ pub use impact::{
 #[cfg(feature = "modal")]
 pub use impact::{ImpactEstimate, estimate_impacts};
 pub use multisine::{BestLinear, Distortion, DistortionLevels, SEGMENTS_OF_A_PERIOD, best_linear};
-pub use page::{TransferReport, figures};
+pub use page::{TransferReport, figure};
 pub use periodic::{Blocks, estimate_sweeps};
 pub use related::{Delay, Relation};
 pub use repeats::{max_pair_difference_db, pooled};
@@ -373,6 +373,19 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
             .map(|(_, hertz)| hertz)
     }
 
+    /// Frequency in Hz and phase in radians of every line of `band`, the phase without jumps from −π to π, that of the first line
+    /// within them.
+    ///
+    /// Formula: the multiple of 2π that brings each phase nearest to the one before it is added.
+    ///
+    /// Source: A. V. Oppenheim and R. W. Schafer, Discrete-Time Signal Processing (2010), 13.6.
+    #[must_use]
+    pub fn unwrapped_phase_rad(&self, band: Band) -> Vec<(f64, f64)> {
+        let lines = || self.lines_in(band);
+        let phases = unwrapped(lines().map(|(line, _)| self.response[line]));
+        lines().map(|(_, hz)| hz).zip(phases).collect()
+    }
+
     /// The impulse response at twice the highest line, as many samples as twice the lines less one, in units of `O` per
     /// `I`; the second half stands for negative times. Lines known not to be excited are set to zero, and of the
     /// lines at 0 Hz and at the upper end only the real parts are kept.
@@ -395,17 +408,12 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
         fourier::RealTransform::new(2 * (self.response.len() - 1)).inverse(bins)
     }
 
-    /// The band, Hz, that was excited, or all of it where that is not known.
-    #[must_use]
-    pub fn shown_band(&self) -> Band {
-        let whole = Band::up_to(Hertz(self.highest_hz()));
-        self.excited.unwrap_or(whole)
-    }
-
-    /// The part of [`Self::shown_band`] from 20 Hz on, Hz, in which textures are felt; all of it where it ends below.
+    /// The part of the excited band from 20 Hz on, Hz, in which textures are felt; all of it where it ends below. Where what was
+    /// excited is not known it is everything.
     #[must_use]
     pub fn tactile_band(&self) -> Band {
-        let shown = self.shown_band();
+        let whole = Band::up_to(Hertz(self.highest_hz()));
+        let shown = self.excited.unwrap_or(whole);
         Band::new(Hertz(shown.low().0.max(20.0)), shown.high()).unwrap_or(shown)
     }
 
@@ -421,6 +429,19 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
         let mut reach: Vec<f64> = self.lines_in(band).map(of).collect();
         median(&mut reach)
     }
+}
+
+/// The phase of each of `response` without jumps, radians.
+pub(crate) fn unwrapped(response: impl Iterator<Item = Complex<f64>>) -> Vec<f64> {
+    use std::f64::consts::TAU;
+    let mut phase = 0.0;
+    response
+        .map(|h| {
+            let own = h.arg();
+            phase = own + TAU * ((phase - own) / TAU).round();
+            phase
+        })
+        .collect()
 }
 
 /// The transfer function from `drive` to `response` with its coherence.

@@ -9,16 +9,17 @@ use piezotact::transfer::BundleAverage;
 
 use super::Page;
 use crate::{Draw, DrawError};
-use piezotact::figure::{Axis, Chart, Legend, Line, Mark, Scale, Tone};
+use piezotact::figure::{Axis, Chart, Legend, Line, Mark, Panels, Scale, Tone};
 
 const HEIGHT: u32 = 400;
 /// One among many.
 const SINGLE: Tone = Tone::Pale;
-const MEAN: Tone = Tone::Main;
+const MEAN: Tone = Tone::Reference;
+const MEASURED: Tone = Tone::Main;
 /// The odd one.
 const OUTSIDE: Tone = Tone::Accent;
 /// Where people lie furthest apart.
-const WIDEST: Tone = Tone::Reference;
+const WIDEST: Tone = Tone::Signal;
 
 /// The level of a participant in one cell.
 fn person(page: &Page<'_>, who: &str, cell: Cell) -> Option<Vec<(f64, f64)>> {
@@ -302,7 +303,7 @@ pub(super) fn averages_by_load(page: &Page<'_>, angle_deg: f64) -> Result<String
 }
 
 /// The counterpart of figure 78: the participant and cell with most measurements.
-pub(super) fn repeats(page: &Page<'_>) -> Result<Option<(String, String, String)>, DrawError> {
+pub(super) fn repeats(page: &Page<'_>) -> Result<Option<(String, String)>, DrawError> {
     let Some(repeats) = &page.curves.repeats else {
         return Ok(None);
     };
@@ -317,23 +318,29 @@ pub(super) fn repeats(page: &Page<'_>) -> Result<Option<(String, String, String)
         });
         coloured(named.collect())
     };
-    let functions = magnitudes(page, of(|one| &one.level_db))?;
-    let lines = of(|one| &one.coherence);
+    let functions = of(|one| &one.level_db);
+    let level = magnitude(page, &functions);
+    let mut lines = of(|one| &one.coherence);
+    for line in &mut lines {
+        line.label.clear();
+    }
     let lowest = lines
         .iter()
         .flat_map(|l| &l.points)
         .map(|p| p.1)
         .fold(1.0, f64::min);
     let low = if lowest > 0.9 { 0.9 } else { 0.0 };
-    let mut chart = Chart::new(frequency(band), Axis::new("coherence", low, 1.005), lines);
-    chart.legend = Legend::Beside;
+    let panels = Panels::new(vec![
+        Chart::new(frequency(band), level, functions).beside(),
+        Chart::new(frequency(band), Axis::new("coherence", low, 1.005), lines),
+    ]);
     let caption = format!(
         "{} measurements of {} at {}.",
         repeats.each.len(),
         repeats.participant,
         repeats.cell
     );
-    Ok(Some((caption, functions, chart.svg(HEIGHT)?)))
+    Ok(Some((caption, panels.svg(HEIGHT)?)))
 }
 
 pub(super) fn averages(page: &Page<'_>, average: &CellAverage) -> Result<String, DrawError> {
@@ -357,7 +364,7 @@ pub(super) fn penalties(average: &CellAverage, said: &PanelAnalysis) -> Result<S
     let criterion_db = said.config.criterion.db_rms;
     let highest = points.iter().map(|p| p.1).fold(criterion_db, f64::max);
     let names = costs.people.iter().map(|p| p.participant.clone()).collect();
-    let line = Line::new("", MEAN, points).marked(Mark::Dots);
+    let line = Line::new("", MEASURED, points).marked(Mark::Dots);
     let y = Axis::new("error of the average, dB rms", 0.0, highest * 1.15);
     let mut chart = Chart::new(
         Axis::names("participant left out of the average", names),
@@ -392,7 +399,7 @@ pub(super) fn learning(said: &PanelAnalysis) -> Result<Option<(String, String)>,
         .filter_map(|(i, p)| p.interval_db_rms.map(|[low, high]| (at(i), low, high)))
         .collect();
     let highest = spread.iter().map(|s| s.2).fold(0.0, f64::max);
-    let line = Line::new("", MEAN, points.collect())
+    let line = Line::new("", MEASURED, points.collect())
         .marked(Mark::Joined)
         .spread(spread);
     let y = Axis::new(
@@ -425,7 +432,7 @@ pub(super) fn artefact(
     (cleaning, curves): (&Cleaning, &CleaningCurves),
 ) -> Result<(String, Option<String>), DrawError> {
     let band = page.analysed.analysis.config.band;
-    let control = Line::new("", MEAN, curves.control_db.clone());
+    let control = Line::new("", MEASURED, curves.control_db.clone());
     let y = around(
         "magnitude of the control, dB",
         std::slice::from_ref(&control),
@@ -438,7 +445,7 @@ pub(super) fn artefact(
             page,
             vec![
                 Line::new("before", SINGLE, before.clone()).thick(),
-                Line::new("after", MEAN, after.clone()),
+                Line::new("after", MEASURED, after.clone()),
             ],
         )?),
         None => None,

@@ -360,11 +360,10 @@ fn repeats(page: &Page<'_>) -> Result<Markup, DrawError> {
             @if !measured {
                 p.soft { "Each participant was measured once at each load and angle: repeatability cannot be estimated." }
             }
-            @if let Some((who, functions, coherence)) = &drawn {
+            @if let Some((who, svg)) = &drawn {
                 div.counterparts {
-                    (titled("Repeats of one finger", functions, who))
-                    (titled("Coherence of these repeats", coherence, "The share of the response power that the drive explains \
-                        linearly."))
+                    (titled("Repeats of one finger", svg, &format!("{who} Coherence: the share of the response power that the drive \
+                        explains linearly.")))
                 }
             }
             (tables::repeats(said))

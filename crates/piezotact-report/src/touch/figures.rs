@@ -3,21 +3,27 @@
 use std::collections::BTreeMap;
 
 use piezotact::compare::{RoughnessTrend, SpatialPeriod, Summary};
-use piezotact::feature::{Analysis, StrokeSpectra};
+use piezotact::criterion::Outcome;
+use piezotact::feature::{Analysis, Statistics, StrokeSpectra};
+use piezotact::number::signed;
 use piezotact::quantity::{Seconds, Unit};
 use piezotact::recording::Channel;
-use piezotact::statistics::LogFit;
+use piezotact::statistics::{Direction, LogFit};
 use piezotact::stroke::Interval;
 
 use crate::chart::HEIGHT;
 use crate::{Draw, DrawError};
-use piezotact::figure::{Axis, Chart, Line, Mark, Scale, Tone};
-use piezotact::study::AnalysedRecording;
+use piezotact::figure::{Axis, Chart, Line, Mark, Panels, Scale, Tone};
+use piezotact::study::{AnalysedRecording, Example};
 
 const SIGNAL: Tone = Tone::Signal;
 const SECOND: Tone = Tone::Accent;
 const SINGLE: Tone = Tone::Pale;
 const MEAN: Tone = Tone::Reference;
+/// A fitted line.
+const LAW: Tone = Tone::Second;
+/// Up to so many strokes are shown one by one beside their mean.
+const FEW: usize = 5;
 
 /// The part of a recording that is shown: all of it, or its first `LONGEST_S` seconds.
 const LONGEST_S: f64 = 60.0;
@@ -60,8 +66,9 @@ fn kinds(take: &AnalysedRecording) -> Vec<Shown<'_>> {
     kinds
 }
 
-/// The signals of recordings with their cuts: for each recording a chart of each kind of channel. One kind has one scale.
-pub(super) fn signals(takes: &[AnalysedRecording]) -> Result<Vec<Vec<String>>, DrawError> {
+/// The signals of recordings with their cuts: for each recording the charts of each kind of channel over one time. One kind has
+/// one scale.
+pub(super) fn signals(takes: &[AnalysedRecording]) -> Result<Vec<String>, DrawError> {
     let kinds: Vec<Vec<Shown<'_>>> = takes.iter().map(kinds).collect();
     let mut scales: BTreeMap<&str, (f64, f64)> = BTreeMap::new();
     for (take, kinds) in takes.iter().zip(&kinds) {
@@ -72,24 +79,20 @@ pub(super) fn signals(takes: &[AnalysedRecording]) -> Result<Vec<Vec<String>>, D
             *scale = samples.fold(*scale, |(low, high), v| (low.min(*v), high.max(*v)));
         }
     }
-    let charts = takes.iter().zip(&kinds).map(|(take, kinds)| {
+    let figures = takes.iter().zip(&kinds).map(|(take, kinds)| {
         let charts = kinds.iter().map(|(label, channels)| {
             let (low, high) = scales.get(label.as_str()).copied().unwrap_or((0.0, 1.0));
             let room = 0.06 * (high - low).max(f64::MIN_POSITIVE);
             let scale = Axis::new(label.as_str(), low - room, high + room);
             signals_of(take, channels, scale)
         });
-        charts.collect()
+        Panels::new(charts.collect()).svg(HEIGHT - 50)
     });
-    charts.collect()
+    figures.collect()
 }
 
 /// Some channels of a recording with its cuts.
-fn signals_of(
-    take: &AnalysedRecording,
-    channels: &[&Channel],
-    scale: Axis,
-) -> Result<String, DrawError> {
+fn signals_of(take: &AnalysedRecording, channels: &[&Channel], scale: Axis) -> Chart {
     let rate = take.recording.rate();
     let length_s = shown_s(take);
     let shown = rate.samples_in(Seconds(length_s));
@@ -123,7 +126,7 @@ fn signals_of(
     for ranges in [&mut chart.shaded, &mut chart.rejected] {
         ranges.retain(|(from, to)| from < to);
     }
-    chart.svg(HEIGHT - 90)
+    chart
 }
 
 /// "acceleration, m/s²" where the unit says so.
@@ -135,35 +138,55 @@ pub(super) fn axis_label(what: &str, unit: &str) -> String {
     }
 }
 
-/// One stroke as it was cut, in time.
+/// One stroke as it was cut: its vibration, its forces and their ratio over one time (thesis figure 28).
 pub(super) fn stroke(
     take: &AnalysedRecording,
-    samples: &[f64],
+    example: &Example,
     unit: &str,
-) -> Result<String, DrawError> {
+) -> Result<Option<String>, DrawError> {
     let Some(stroke) = take.segmentation.strokes.first() else {
-        return Ok(String::new());
+        return Ok(None);
     };
     let rate_hz = take.recording.rate().hz();
-    let points: Vec<(f64, f64)> = samples
-        .iter()
-        .enumerate()
-        .map(|(i, v)| ((stroke.steady.start + i) as f64 / rate_hz, *v))
-        .collect();
-    let reach = points
-        .iter()
-        .fold(f64::MIN_POSITIVE, |reach, (_, v)| reach.max(v.abs()))
-        * 1.1;
-    Chart::new(
-        Axis::new(
-            "time, s",
-            stroke.steady.start as f64 / rate_hz,
-            stroke.steady.end as f64 / rate_hz,
-        ),
-        Axis::new(axis_label("vibration", unit), -reach, reach),
-        vec![Line::new("", SIGNAL, points).thin()],
-    )
-    .svg(HEIGHT - 60)
+    let seconds = |sample: usize| sample as f64 / rate_hz;
+    let points = |samples: &[f64]| -> Vec<(f64, f64)> {
+        let samples = samples.iter().enumerate();
+        samples
+            .map(|(i, v)| (seconds(stroke.steady.start + i), *v))
+            .collect()
+    };
+    let time = Axis::new(
+        "time, s",
+        seconds(stroke.steady.start),
+        seconds(stroke.steady.end),
+    );
+    let chart = |y: Axis, line: Line| Chart::new(time.clone(), y, vec![line.thin()]);
+    let mut charts = Vec::new();
+    if let Some(samples) = &example.samples {
+        let reach = samples
+            .iter()
+            .fold(f64::MIN_POSITIVE, |reach, v| reach.max(v.abs()))
+            * 1.1;
+        charts.push(chart(
+            Axis::new(axis_label("vibration", unit), -reach, reach),
+            Line::new("", SIGNAL, points(samples)),
+        ));
+    }
+    let forces = example.forces.iter().flat_map(|forces| {
+        [
+            ("normal force, N", &forces.normal_n),
+            ("tangential force, N", &forces.tangential_n),
+            ("friction coefficient", &forces.friction_coefficient),
+        ]
+    });
+    for (label, samples) in forces.filter(|(_, samples)| !samples.is_empty()) {
+        let y = Axis::around(label, Scale::Linear, samples.iter().copied());
+        charts.push(chart(y, Line::new("", SIGNAL, points(samples))));
+    }
+    match charts.is_empty() {
+        true => Ok(None),
+        false => Panels::new(charts).svg(HEIGHT - 50).map(Some),
+    }
 }
 
 /// Frequencies that are worth showing: the band of the features, and what they hold.
@@ -276,15 +299,64 @@ fn line_of(fit: &LogFit, x: &Axis, y: &Axis) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// Rms against Ra, both logarithmic, with the fitted power law.
-pub(super) fn roughness(groups: &[&Summary], trend: &RoughnessTrend) -> Result<String, DrawError> {
-    let known: Vec<(&Summary, f64)> = groups
+/// Ra and rms of the samples in the order of their roughness, the roughest first (thesis figure 33).
+pub(super) fn in_order(groups: &[&Summary], trend: &RoughnessTrend) -> Result<String, DrawError> {
+    let mut known: Vec<(&Summary, f64)> = with_roughness(groups, trend);
+    known.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let at = |i: usize| i as f64;
+    let ra = known.iter().enumerate();
+    let ra: Vec<(f64, f64)> = ra.map(|(i, (_, ra_um))| (at(i), *ra_um)).collect();
+    let rms = known.iter().enumerate();
+    let rms: Vec<(f64, f64)> = rms.map(|(i, (group, _))| (at(i), group.rms.mean)).collect();
+    let each: Vec<(f64, Spread)> = (known.iter().enumerate())
+        .filter_map(|(i, (group, _))| Some((at(i), Spread::of_rms(group)?)))
+        .collect();
+    let spread = each.iter().filter(|(_, group)| group.sd < group.mean);
+    let spread = spread.map(|(x, group)| (*x, group.mean - group.sd, group.mean + group.sd));
+    let spread: Vec<(f64, f64, f64)> = spread.collect();
+    let names = known.iter().map(|(group, _)| group.name.clone()).collect();
+    let x = Axis::names("sample, the roughest first", names);
+    let ends = spread.iter().flat_map(|(_, low, high)| [*low, *high]);
+    let levels = Axis::around(
+        rms_label(groups),
+        Scale::Logarithmic,
+        ends.chain(rms.iter().map(|p| p.1)),
+    );
+    let heights = Axis::around("Ra, µm", Scale::Logarithmic, ra.iter().map(|p| p.1));
+    Panels::new(vec![
+        Chart::new(
+            x.clone(),
+            heights,
+            vec![Line::new("", MEAN, ra).marked(Mark::Joined)],
+        ),
+        Chart::new(
+            x,
+            levels,
+            vec![
+                singles(each.iter().map(|(x, group)| (*x, group)), SIGNAL),
+                Line::new("", SIGNAL, rms)
+                    .marked(Mark::Joined)
+                    .spread(spread),
+            ],
+        ),
+    ])
+    .svg(HEIGHT)
+}
+
+/// The groups whose roughness is known, with their Ra in µm.
+fn with_roughness<'g>(groups: &[&'g Summary], trend: &RoughnessTrend) -> Vec<(&'g Summary, f64)> {
+    groups
         .iter()
         .filter_map(|group| {
             let place = trend.samples.iter().position(|name| *name == group.name)?;
             Some((*group, trend.ra_m[place] * 1e6))
         })
-        .collect();
+        .collect()
+}
+
+/// Rms against Ra, both logarithmic, with the power law that is fitted where a trend is shown.
+pub(super) fn roughness(groups: &[&Summary], trend: &RoughnessTrend) -> Result<String, DrawError> {
+    let known = with_roughness(groups, trend);
     let points: Vec<(f64, f64)> = known.iter().map(|(g, ra)| (*ra, g.rms.mean)).collect();
     let spread = known
         .iter()
@@ -297,9 +369,10 @@ pub(super) fn roughness(groups: &[&Summary], trend: &RoughnessTrend) -> Result<S
         points.iter().map(|p| p.1),
     );
     let mut lines = Vec::new();
-    if let Some(fit) = &trend.rms_on_ra {
-        let law = format!("rms ∝ Ra^{:.2}", fit.slope);
-        lines.push(Line::new(law, SINGLE, line_of(fit, &x, &y)));
+    let fit = trend.rms_on_ra.as_ref();
+    if let Some(fit) = fit.filter(|fit| fit.direction() != Direction::NotShown) {
+        let law = format!("rms ∝ Ra^{}", signed(fit.slope, 2));
+        lines.push(Line::new(law, LAW, line_of(fit, &x, &y)));
     }
     lines.push(
         Line::new("", SIGNAL, points)
@@ -321,8 +394,53 @@ fn rms_label(groups: &[&Summary]) -> String {
     axis_label("rms", &unit).replace("acceleration", "rms of acceleration")
 }
 
-/// Mean and standard deviation of something for each group, one line for each setting.
-pub(super) type Sets = Vec<(String, Vec<Option<(f64, f64)>>)>;
+/// Something of a group: mean and standard deviation over its strokes, and its single strokes.
+#[derive(Clone)]
+pub(super) struct Spread {
+    mean: f64,
+    sd: f64,
+    each: Vec<f64>,
+}
+
+impl Spread {
+    /// The rms of a group.
+    pub(super) fn of_rms(group: &Summary) -> Option<Self> {
+        Some(Self::of(group.rms, &group.rms_each))
+    }
+
+    /// The friction coefficient of a group.
+    pub(super) fn of_friction(group: &Summary) -> Option<Self> {
+        let friction = group.friction_coefficient?;
+        Some(Self::of(friction, &group.friction_each))
+    }
+
+    fn of(value: Statistics, each: &[f64]) -> Self {
+        Self {
+            mean: value.mean,
+            sd: value.sd,
+            each: each.to_vec(),
+        }
+    }
+
+    /// The single strokes, where they are so few that a mean and its bar hide them.
+    fn few(&self) -> &[f64] {
+        match self.each.len() {
+            2..=FEW => &self.each,
+            _ => &[],
+        }
+    }
+}
+
+/// The single strokes of `groups` at their x, as small dots.
+fn singles<'s>(groups: impl Iterator<Item = (f64, &'s Spread)>, tone: Tone) -> Line {
+    let points = groups.flat_map(|(x, group)| group.few().iter().map(move |value| (x, *value)));
+    Line::new("", tone, points.collect())
+        .thin()
+        .marked(Mark::Dots)
+}
+
+/// Something of every group for each setting; absent where it was not measured.
+pub(super) type Sets = Vec<(String, Vec<Option<Spread>>)>;
 
 /// Something of every group, over the names of the groups: a point for each of `sets`, those of one name side by side. Names
 /// have no order that a line could follow.
@@ -334,32 +452,37 @@ pub(super) fn by_name(
 ) -> Result<String, DrawError> {
     let colours = Tone::several(sets.len());
     let beside = |set: usize| 0.5 * ((set as f64 + 0.5) / sets.len() as f64 - 0.5);
-    let lines: Vec<Line> = sets
-        .iter()
-        .zip(&colours)
-        .enumerate()
-        .map(|(set, ((label, values), colour))| {
-            let known = || {
-                let values = values.iter().enumerate();
-                values.filter_map(move |(i, v)| Some((i as f64 + beside(set), (*v)?)))
-            };
-            let label = if sets.len() > 1 { label.as_str() } else { "" };
-            let points = known().map(|(x, (mean, _))| (x, mean)).collect();
-            let spread = known().map(|(x, (mean, sd))| (x, mean - sd, mean + sd));
+    // Single strokes stand a little to the right of their mean.
+    let aside = 0.12 / sets.len() as f64;
+    let mut lines: Vec<Line> = Vec::new();
+    for (set, ((label, values), colour)) in sets.iter().zip(&colours).enumerate() {
+        let known = || {
+            let values = values.iter().enumerate();
+            values.filter_map(move |(i, v)| Some((i as f64 + beside(set), v.as_ref()?)))
+        };
+        let label = if sets.len() > 1 { label.as_str() } else { "" };
+        let points = known().map(|(x, group)| (x, group.mean)).collect();
+        let spread = known().map(|(x, group)| (x, group.mean - group.sd, group.mean + group.sd));
+        lines.push(singles(
+            known().map(|(x, group)| (x + aside, group)),
+            *colour,
+        ));
+        lines.push(
             Line::new(label, *colour, points)
                 .marked(Mark::Dots)
-                .spread(spread.collect())
-        })
-        .collect();
-    let ends = lines
-        .iter()
-        .flat_map(|line| line.spread.iter().flat_map(|(_, a, b)| [*a, *b]));
+                .spread(spread.collect()),
+        );
+    }
+    let ends = lines.iter().flat_map(|line| {
+        let spread = line.spread.iter().flat_map(|(_, low, high)| [*low, *high]);
+        spread.chain(line.points.iter().map(|p| p.1))
+    });
     let y = Axis::around(y_label, Scale::Linear, ends);
     Chart::new(Axis::names(x_label, names.to_vec()), y, lines).svg(HEIGHT)
 }
 
-/// A setting, and x, mean and standard deviation of something at each of its groups.
-pub(super) type Courses = Vec<(String, Vec<(f64, f64, f64)>)>;
+/// A setting, and x and something at each of its groups.
+pub(super) type Courses = Vec<(String, Vec<(f64, Spread)>)>;
 
 /// Something of every group over a quantity, both logarithmic: joined points for each setting.
 pub(super) fn over_quantity(
@@ -368,24 +491,26 @@ pub(super) fn over_quantity(
     courses: &Courses,
 ) -> Result<String, DrawError> {
     let colours = Tone::several(courses.len());
-    let lines = courses.iter().zip(&colours);
-    let lines: Vec<Line> = lines
-        .map(|((label, course), colour)| {
-            let label = if courses.len() > 1 {
-                label.as_str()
-            } else {
-                ""
-            };
-            let points = course.iter().map(|(x, mean, _)| (*x, *mean));
-            // A bar that reaches zero has no end on a logarithmic axis.
-            let spread = course.iter().filter(|(_, mean, sd)| sd < mean);
-            let spread = spread.map(|(x, mean, sd)| (*x, mean - sd, mean + sd));
+    let mut lines: Vec<Line> = Vec::new();
+    for ((label, course), colour) in courses.iter().zip(&colours) {
+        let label = if courses.len() > 1 {
+            label.as_str()
+        } else {
+            ""
+        };
+        let points = course.iter().map(|(x, group)| (*x, group.mean));
+        // A bar that reaches zero has no end on a logarithmic axis.
+        let spread = course.iter().filter(|(_, group)| group.sd < group.mean);
+        let spread = spread.map(|(x, group)| (*x, group.mean - group.sd, group.mean + group.sd));
+        let each = course.iter().map(|(x, group)| (*x, group));
+        lines.push(singles(each, *colour));
+        lines.push(
             Line::new(label, *colour, points.collect())
                 .thin()
                 .marked(Mark::Joined)
-                .spread(spread.collect())
-        })
-        .collect();
+                .spread(spread.collect()),
+        );
+    }
     let x = lines
         .iter()
         .flat_map(|line| line.points.iter().map(|p| p.0));
@@ -410,7 +535,7 @@ pub(super) fn period_axes<'p>(periods: impl Iterator<Item = &'p SpatialPeriod>) 
     )
 }
 
-/// The peaks of a spatial period over speed, with the line f = v/λ.
+/// The peaks of a spatial period over speed, with the line f = v/λ where the period stands out.
 pub(super) fn period(
     period: &SpatialPeriod,
     (speed, frequency): &(Axis, Axis),
@@ -424,9 +549,10 @@ pub(super) fn period(
     // The line ends where the first of the axes does.
     let fastest = speed.high.min(frequency.high * period.period_m * 1e3);
     let law = vec![(0.0, 0.0), (fastest, fastest * 1e-3 / period.period_m)];
-    let lines = vec![
-        Line::new(label, SINGLE, law),
-        Line::new("", SIGNAL, points).marked(Mark::Dots),
-    ];
+    let mut lines = Vec::new();
+    if period.outcome == Outcome::Met {
+        lines.push(Line::new(label, LAW, law));
+    }
+    lines.push(Line::new("", SIGNAL, points).marked(Mark::Dots));
     Chart::new(speed.clone(), frequency.clone(), lines).svg(HEIGHT - 40)
 }

@@ -4,7 +4,7 @@ mod apart;
 mod figures;
 mod touching;
 
-use figures::{Courses, Sets, SpectralAxes};
+use figures::{Courses, Sets, SpectralAxes, Spread};
 use maud::{Markup, html};
 use piezotact::compare::{SpatialPeriod, Summary};
 use piezotact::document::{FailedFile, Words};
@@ -151,7 +151,7 @@ fn groups(study: &StudyAnalysis) -> Markup {
                     th { "group" } th.n { "strokes" } th.n { "rms, " (unit) }
                     @for (_, heading) in shown() { th.n { (heading) } }
                     th.n { "highest peak, Hz" }
-                    @if weighted { th.n { "Pacinian power" } }
+                    @if weighted { th.n { "Pacinian power, × threshold power" } }
                 }
                 @for s in all() {
                     tr {
@@ -276,12 +276,12 @@ fn samples(study: &StudyAnalysis) -> Result<Markup, DrawError> {
         return Ok(html! {});
     }
     let names = names_of(all);
-    let of = |value: &dyn Fn(&Summary) -> Option<Statistics>| -> Sets {
+    let of = |value: fn(&Summary) -> Option<Spread>| -> Sets {
         let settings = all.iter().map(|comparison| {
             let named = |name: &String| {
                 let mut groups = comparison.groups.iter();
                 let group = groups.find(|g| g.summary.name == *name)?;
-                value(&group.summary).map(|s| (s.mean, s.sd))
+                value(&group.summary)
             };
             (
                 comparison.setting.clone(),
@@ -290,7 +290,7 @@ fn samples(study: &StudyAnalysis) -> Result<Markup, DrawError> {
         });
         settings.collect()
     };
-    let (rms, friction) = (of(&|s| Some(s.rms)), of(&|s| s.friction_coefficient));
+    let (rms, friction) = (of(Spread::of_rms), of(Spread::of_friction));
     let unit = study
         .groups
         .first()
@@ -307,8 +307,8 @@ fn samples(study: &StudyAnalysis) -> Result<Markup, DrawError> {
     Ok(html! {
         section {
             h2 { "Across samples" }
-            (figure(&figures::by_name(&names, format!("rms, {unit}"), "sample", &rms)?, "Rms of the vibration of each sample: mean and standard deviation over strokes."))
-            @if rubs { (figure(&figures::by_name(&names, "friction coefficient".into(), "sample", &friction)?, "Friction coefficient of each sample: mean and standard deviation over strokes.")) }
+            (figure(&figures::by_name(&names, format!("rms, {unit}"), "sample", &rms)?, "Rms of the vibration of each sample: mean and standard deviation over strokes; small dots: the single strokes, where they are five or fewer."))
+            @if rubs { (figure(&figures::by_name(&names, "friction coefficient".into(), "sample", &friction)?, "Friction coefficient of each sample: mean and standard deviation over strokes; small dots: the single strokes, where they are five or fewer.")) }
             @for part in &parts { (part) }
         }
     })
@@ -327,7 +327,8 @@ fn samples_in(
         (heading(comparison))
         @if !comparison.setting.is_empty() { (figure(&figures::psds(&summaries, &axes)?, "Mean power spectral density of each sample.")) }
         @if trend.samples.len() > 2 {
-            (figure(&figures::roughness(&summaries, trend)?, "Rms of the vibration against the roughness Ra of the samples, with the fitted power law."))
+            (figure(&figures::in_order(&summaries, trend)?, "Roughness Ra and rms of the vibration of the samples, the roughest first; bars: standard deviation over strokes."))
+            (figure(&figures::roughness(&summaries, trend)?, "Rms of the vibration against the roughness Ra of the samples, with the fitted power law where a trend is shown."))
         }
         ul {
             @if let (Some(fit), true) = (&trend.rms_on_ra, trend.samples.len() > 2) {
@@ -398,7 +399,7 @@ fn speeds(study: &StudyAnalysis, words: &dyn Words) -> Result<Markup, DrawError>
         rows.push(speed_row(comparison, trend));
         let course = summaries.iter().filter_map(|s| {
             let speed = s.speed_m_s?;
-            Some((speed.mean * 1e3, s.rms.mean, s.rms.sd))
+            Some((speed.mean * 1e3, Spread::of_rms(s)?))
         });
         courses.push((comparison.setting.clone(), course.collect()));
         if parts.len() < SETTINGS_SHOWN {
@@ -416,7 +417,7 @@ fn speeds(study: &StudyAnalysis, words: &dyn Words) -> Result<Markup, DrawError>
                     }
                 }
                 @if let Some(period) = &trend.period {
-                    (figure(&figures::period(period, &peak_axes)?, "The peak of each speed, and the line f = v/λ."))
+                    (figure(&figures::period(period, &peak_axes)?, "The peak of each speed, and the line f = v/λ where the period stands out."))
                 }
             });
         }
@@ -430,7 +431,7 @@ fn speeds(study: &StudyAnalysis, words: &dyn Words) -> Result<Markup, DrawError>
     Ok(html! {
         section {
             h2 { "Across speeds" }
-            (figure(&over_all, "Rms of the vibration at each speed: mean and standard deviation over strokes."))
+            (figure(&over_all, "Rms of the vibration at each speed: mean and standard deviation over strokes; small dots: the single strokes, where they are five or fewer."))
             @if all.len() > 1 {
                 div.wide { table.tight {
                     tr { th { "setting" } th.n { "exponent of rms versus speed" } th.n { "95 %" } th { "trend" } th.n { "spatial period, mm" } th.n { "95 %" } }
@@ -509,9 +510,9 @@ fn single(study: &StudyAnalysis) -> Result<Markup, DrawError> {
     Ok(html! {
         section {
             h2 { "Single strokes and their mean: " (take.name) }
-            @if let Some(samples) = &example.samples {
-                (figure(&figures::stroke(take, samples, &unit)?, "The first stroke, with the gesture filtered out as described \
-                    below."))
+            @if let Some(svg) = &figures::stroke(take, example, &unit)? {
+                (figure(svg, "The first stroke, its vibration with the gesture filtered out as described below. Forces are relative \
+                    to their zero while the finger is lifted."))
             }
             (figure(&fft, "Amplitude spectrum (FFT) of every stroke (of the first 40 where there are more) over the same length, and the mean of all."))
             (figure(&psd, "Power spectral density of every stroke (of the first 40 where there are more), and the mean of all."))
@@ -522,15 +523,10 @@ fn single(study: &StudyAnalysis) -> Result<Markup, DrawError> {
 fn signals(takes: &[AnalysedRecording], most: usize) -> Result<Markup, DrawError> {
     let mut parts = Vec::new();
     let shown = &takes[..takes.len().min(most)];
-    for (take, charts) in shown.iter().zip(figures::signals(shown)?) {
-        let last = charts.len().saturating_sub(1);
+    for (take, svg) in shown.iter().zip(figures::signals(shown)?) {
         parts.push(html! {
             h3 { (take.name) }
-            @for (i, svg) in charts.iter().enumerate() {
-                @if i == last {
-                    (figure(svg, "Shaded green: strokes as they are analysed. Shaded red: rejected."))
-                } @else { (figure(svg, "")) }
-            }
+            (figure(&svg, "Shaded green: strokes as they are analysed. Shaded red: rejected."))
         });
     }
     Ok(html! {

@@ -3,15 +3,14 @@
 use maud::{Markup, html};
 use piezotact::compare::Summary;
 use piezotact::document::Words;
-use piezotact::feature::Statistics;
 use piezotact::study::{Comparison, Factor, StudyAnalysis, Trend};
 
-use super::figures::{self, Courses, Sets};
+use super::figures::{self, Courses, Sets, Spread};
 use super::{SETTINGS_SHOWN, heading, names_of, spectral_axes};
 use crate::{DrawError, figure};
 
 /// A number of a group; absent where it was not measured.
-type Value<'v> = &'v dyn Fn(&Summary) -> Option<Statistics>;
+type Value = fn(&Summary) -> Option<Spread>;
 
 /// What changes with the load or the direction: level and friction, and what follows.
 pub(super) fn section(
@@ -23,7 +22,7 @@ pub(super) fn section(
     if all.is_empty() {
         return Ok(html! {});
     }
-    let drawn = |label: String, value: Value<'_>| match by {
+    let drawn = |label: String, value: Value| match by {
         Factor::Load => over_loads(all, label, value),
         _ => over_names(all, by, label, value),
     };
@@ -31,8 +30,8 @@ pub(super) fn section(
         .groups
         .first()
         .map_or(String::new(), |g| g.summary.unit.to_string());
-    let level = drawn(format!("rms, {unit}"), &|s| Some(s.rms))?;
-    let friction = drawn("friction coefficient".into(), &|s| s.friction_coefficient)?;
+    let level = drawn(format!("rms, {unit}"), Spread::of_rms)?;
+    let friction = drawn("friction coefficient".into(), Spread::of_friction)?;
     let axes = spectral_axes(study);
     let mut spectra = Vec::new();
     let several = all.iter().filter(|c| !c.setting.is_empty());
@@ -40,8 +39,11 @@ pub(super) fn section(
         let svg = figures::psds(&comparison.summaries(), &axes)?;
         spectra.push((&comparison.setting, svg));
     }
-    let caption =
-        |what: &str| format!("{what} at each {by}: mean and standard deviation over strokes.");
+    let caption = |what: &str| {
+        format!(
+            "{what} at each {by}: mean and standard deviation over strokes; small dots: the single strokes, where they are five or fewer."
+        )
+    };
     Ok(html! {
         section {
             h2 { "Across " (by) "s" }
@@ -66,17 +68,14 @@ pub(super) fn section(
 fn over_loads(
     all: &[Comparison],
     label: String,
-    value: Value<'_>,
+    value: Value,
 ) -> Result<Option<String>, DrawError> {
     let course = |comparison: &Comparison| {
         let Trend::Loads(trend) = &comparison.trend else {
             return (String::new(), Vec::new());
         };
         let points = trend.load_n.iter().zip(comparison.summaries());
-        let points = points.filter_map(|(load_n, summary)| {
-            let value = value(summary)?;
-            Some(((*load_n)?, value.mean, value.sd))
-        });
+        let points = points.filter_map(|(load_n, summary)| Some(((*load_n)?, value(summary)?)));
         (comparison.setting.clone(), points.collect())
     };
     let courses: Courses = all.iter().map(course).collect();
@@ -90,14 +89,14 @@ fn over_names(
     all: &[Comparison],
     by: Factor,
     label: String,
-    value: Value<'_>,
+    value: Value,
 ) -> Result<Option<String>, DrawError> {
     let names = names_of(all);
     let set = |comparison: &Comparison| {
         let summaries = comparison.summaries();
         let named = |name: &String| {
             let group = summaries.iter().find(|s| s.name == *name)?;
-            value(group).map(|s| (s.mean, s.sd))
+            value(group)
         };
         let values = names.iter().map(named).collect();
         (comparison.setting.clone(), values)

@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 use piezotact::document::Words;
-use piezotact::number::{difference_db, plus};
+use piezotact::number::{difference_db, plus, signed};
 use piezotact::verify::Verification;
 use piezotact::warning::Merged;
 
@@ -42,7 +42,7 @@ fn row(label: &str, v: &Verification, stated: Stated) -> Markup {
             td.n { (v.error_db_rms_achievable.map_or("–".into(), |db| format!("{db:.2}"))) }
             td.n { (format!("{:.2} at {:.0} Hz", v.error_db_max, v.error_max_at_hz)) }
             td.n { (difference_db(v.level_error_db)) }
-            td.n { (format!("{:.3}", v.waveform_correlation).replace('-', "−")) }
+            td.n { (signed(v.waveform_correlation, 3)) }
             td.n { (format!("{:.2} %", v.clipped_fraction * 100.0)) }
             td { (v.verdict.word()) }
         }

@@ -90,8 +90,7 @@ pub(super) fn section(page: &Page<'_>) -> Result<Markup, DrawError> {
             }
             p.soft { "Levels are rms about the mean at all frequencies. Shape: the difference of the PSDs after subtracting \
                 their mean difference over the band; 0 if only the level was changed." }
-            (figure(&waves.0, &format!("Before: the first {} s.", figures::BEFORE_DRAWN_S)))
-            (figure(&waves.1, &format!("After, the target that was rendered: the first {} s, on the same \
+            (figure(&waves, &format!("Before, and below after: the target that was rendered. The first {} s, on the same \
                 scale.", figures::BEFORE_DRAWN_S)))
             (figure(&figures::before_spectra(page)?, "PSDs before and after, by Welch's method as above, of whole textures. A \
                 change of level alone shifts the curve up or down and keeps its shape. Shaded: the band over which shapes are \

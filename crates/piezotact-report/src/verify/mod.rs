@@ -190,9 +190,7 @@ fn spectra(page: &Page<'_>) -> Result<Markup, DrawError> {
     Ok(html! {
         section {
             h2 { "Target and measured spectrum" }
-            (figure(&figures::spectra(v)?, "Power spectral densities of the target and of the acceleration measured on the fingernail. Shaded: the evaluated band."))
-            (figure(&figures::error(v)?, "Error at each spectral line of the band. Red: the limit for its rms; single lines may \
-                exceed it."))
+            (figure(&figures::spectra(v)?, "Power spectral densities of the target and of the acceleration measured on the fingernail, and below the error at each spectral line. Shaded: the evaluated band. Red: the limit for the rms of the error; single lines may exceed it."))
             p.soft { (estimator_line(v)) }
             (figure(&figures::amplitudes(v, tones)?, &amplitudes_line(v, tones)))
         }
@@ -233,11 +231,8 @@ fn transfer_function(page: &Page<'_>) -> Result<Markup, DrawError> {
         .map_or(page.verification.band_hz, |rendering| {
             rendering.config.inverse.band
         });
-    let figures = piezotact::transfer::figures(function, shown, "(m/s²)/FS");
-    let drawn: Vec<Markup> = figures
-        .iter()
-        .map(|shown| Ok(figure(&crate::svg(shown, HEIGHT)?, &shown.caption)))
-        .collect::<Result<_, DrawError>>()?;
+    let shown = piezotact::transfer::figure(function, shown, "(m/s²)/FS");
+    let drawn = figure(&crate::svg(&shown, HEIGHT)?, &shown.caption);
     Ok(html! {
         section {
             h2 { "Transfer function of the device with the finger on it" }
@@ -248,7 +243,7 @@ fn transfer_function(page: &Page<'_>) -> Result<Markup, DrawError> {
                 }
                 "."
             }
-            @for figure in &drawn { (figure) }
+            (drawn)
         }
     })
 }

@@ -2,7 +2,7 @@
 
 use super::{AlignedBy, AlignedRecording, Alignment, BlockPlace, BurstPlace, Which};
 use crate::figure::{Axis, Chart, Figure, Line, Mark, Scale, Tone};
-use crate::number::{counted, digits, plus, rounded};
+use crate::number::{counted, digits, plus, rounded, signed};
 use crate::page::{Block, Cell, Column, Number, Page, Shown, Table};
 use crate::quantity::Seconds;
 
@@ -67,7 +67,7 @@ impl Shown for AlignedRecording {
         let half_us = 0.5e6 * (found.offset_interval_s[1].0 - found.offset_interval_s[0].0);
         let numbers = vec![
             Number::new(
-                format!("{:.6} s", found.offset_s.0).replace('-', "−"),
+                format!("{} s", signed(found.offset_s.0, 6)),
                 format!(
                     "first sample of the recording on the clock of the drive, ±{} µs",
                     digits(half_us)

@@ -69,6 +69,9 @@ pub struct Summary {
     pub duration_s: Statistics,
     /// Rms, u.
     pub rms: Statistics,
+    /// Rms of each stroke, u.
+    #[serde(skip)]
+    pub rms_each: Vec<f64>,
     /// Largest departure from the mean, u.
     pub peak: Statistics,
     /// Peak over rms.
@@ -84,6 +87,9 @@ pub struct Summary {
     /// Friction coefficient: of the means of the strokes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub friction_coefficient: Option<Statistics>,
+    /// Mean friction coefficient of each stroke that has one.
+    #[serde(skip)]
+    pub friction_each: Vec<f64>,
     /// Normal force, N: of the means of the strokes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub normal_force_n: Option<Statistics>,
@@ -183,6 +189,7 @@ pub fn summarise(
         unit: first.unit.clone(),
         duration_s: over(&|s| s.duration_s)?,
         rms,
+        rms_each: strokes.iter().map(|s| s.rms).collect(),
         peak: over(&|s| s.peak)?,
         crest_factor: over(&|s| s.crest_factor)?,
         features: STROKE_COLUMNS
@@ -194,6 +201,9 @@ pub fn summarise(
         centroid_hz: over(&|s| s.centroid_hz)?,
         spread_hz: over(&|s| s.spread_hz)?,
         friction_coefficient: over_some(&|s| s.friction_coefficient.map(|v| v.mean)),
+        friction_each: (strokes.iter())
+            .filter_map(|s| s.friction_coefficient.map(|v| v.mean))
+            .collect(),
         normal_force_n: over_some(&|s| s.normal_force_n.map(|v| v.mean)),
         pacinian_power: over_some(&|s| s.pacinian_power),
         detection_power: over_some(&|s| s.detection_power),

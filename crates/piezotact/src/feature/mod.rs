@@ -1,5 +1,6 @@
 //! Features of the strokes of a recording: level, spectrum, friction, and perceptually weighted power.
 
+mod forces;
 mod low;
 mod peaks;
 mod plan;
@@ -12,6 +13,7 @@ use low::{LowFrequencies, LowPowers};
 use serde::{Deserialize, Serialize};
 pub use warning::FeatureWarning;
 
+pub use forces::{StrokeForces, stroke_forces};
 pub(crate) use peaks::peaks_above;
 pub use peaks::{Peak, peaks};
 pub use plan::{FeaturePlan, band_power};

@@ -1,5 +1,6 @@
 //! The features of one stroke after the other, planned once.
 
+use super::forces::{self, Touch};
 use super::low::LowFrequencies;
 use super::statistics::{Moments, Statistics, squares_and_peak};
 use super::{FeatureConfig, FeatureError, Receptor, StrokeFeatures, Weighting, peaks};
@@ -195,55 +196,20 @@ impl FeaturePlan {
         segmentation: &Segmentation,
         steady: Interval,
     ) -> (Option<Statistics>, Option<Moments>) {
-        let Some(normal_n) = signals.normal_force_n else {
-            return (None, None);
-        };
-        let zero = |axis: usize| {
-            segmentation
-                .force_zeros
-                .as_ref()
-                .map_or(0.0, |zeros| zeros.at(axis, (steady.start + steady.end) / 2))
-        };
-        let sign = segmentation.force_zeros.as_ref().map_or(1.0, |z| z.sign);
-        let normal_zero = zero(0);
-        self.force.clear();
-        self.force
-            .extend(steady.of(normal_n).iter().map(|v| v * sign - normal_zero));
-        self.ratio.clear();
-        let axes: Vec<(&[f64], f64)> = signals
-            .tangential_force_n
-            .iter()
-            .enumerate()
-            .map(|(i, axis)| (steady.of(axis), zero(i + 1)))
-            .collect();
-        self.ratio
-            .resize(if axes.is_empty() { 0 } else { self.force.len() }, 0.0);
-        let (ratio, force) = (&mut self.ratio, &self.force);
-        pulp::Arch::new().dispatch(
-            #[inline(always)]
-            || {
-                for (axis, zero) in &axes {
-                    for (square, value) in ratio.iter_mut().zip(*axis) {
-                        *square += (value - zero) * (value - zero);
-                    }
-                }
-                for (square, normal) in ratio.iter_mut().zip(force) {
-                    *square = square.sqrt() / normal.max(1e-6);
-                }
-            },
+        let known = forces::fill(
+            (signals, segmentation),
+            steady,
+            (&mut self.force, &mut self.ratio),
         );
-        {
-            let force = Moments::of(&self.force);
-            // What hardly touches has no friction coefficient, nor what is off the surface now and then.
-            let off = self.force.iter().filter(|n| **n < LEAST_NORMAL_N).count();
-            let touches = 50 * off <= self.force.len();
-            (Statistics::of(&mut self.ratio).filter(|_| touches), force)
+        match known {
+            Some(touch) => {
+                let ratio = Statistics::of(&mut self.ratio).filter(|_| touch == Touch::Lasting);
+                (ratio, Moments::of(&self.force))
+            }
+            None => (None, None),
         }
     }
 }
-
-/// A stroke with less normal force than this has no friction coefficient, N.
-const LEAST_NORMAL_N: f64 = 0.01;
 
 /// The power of a one-sided PSD with lines `resolution_hz` apart from 0 Hz within `band`, unit².
 ///

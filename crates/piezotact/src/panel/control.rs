@@ -3,14 +3,13 @@
 
 use crate::panel::PanelError;
 use crate::panel::PanelWarning;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
 use crate::quantity::{Band, Hertz, Quantity};
-use crate::transfer::TransferFunction;
-use crate::transfer::level_db;
+use crate::transfer::{TransferFunction, level_db, unwrapped};
 use crate::warning::Warning;
 
 /// The straight lines on both sides of an artefact hold at least this many lines each.
@@ -192,7 +191,7 @@ pub fn artefact_of<C: Quantity, R: Quantity>(
         });
     };
     let at_hz = hz(line);
-    let phases = unwrapped(control);
+    let phases = unwrapped(control.response().iter().copied());
     let points: Vec<(f64, f64)> = sides.iter().map(|k| (hz(*k), phases[*k])).collect();
     let turning = Straight::through(&points);
     let factor = (0..db.len())
@@ -249,20 +248,6 @@ fn fading(ratio: f64, [inner, outer]: [f64; 2]) -> f64 {
     } else {
         0.5 + 0.5 * (PI * (away - from) / (to - from)).cos()
     }
-}
-
-/// The phase of every line without jumps, radians.
-fn unwrapped<C: Quantity, R: Quantity>(function: &TransferFunction<C, R>) -> Vec<f64> {
-    let mut phase = 0.0;
-    function
-        .response()
-        .iter()
-        .map(|h| {
-            let own = h.arg();
-            phase = own + TAU * ((phase - own) / TAU).round();
-            phase
-        })
-        .collect()
 }
 
 impl Artefact {

@@ -27,9 +27,10 @@ pub use words::warnings_in_words;
 use crate::compare::{CommonLine, DirectionContrast};
 use crate::discrimination::Model;
 use crate::document::FailedFile;
-use crate::feature::{self, FeatureConfig};
+use crate::feature::{self, FeatureConfig, StrokeForces};
 use crate::filter::HighPass;
 use crate::quantity::{Band, Hertz, Unit};
+use crate::stroke::Signals;
 use crate::surface::SampleSet;
 use crate::warning::{Merged, Warning, merged_of};
 use grouping::{Grouping, lines_of_all, usual};
@@ -126,6 +127,8 @@ pub struct Example {
     pub take: usize,
     /// The samples of the stroke in the unit of the vibration; absent where several channels vibrate.
     pub samples: Option<Vec<f64>>,
+    /// The forces of the stroke; absent where none was measured.
+    pub forces: Option<StrokeForces>,
 }
 
 /// Features, groups and comparisons of `takes`.
@@ -283,9 +286,14 @@ fn example(takes: &[AnalysedRecording]) -> Result<Option<Example>, StudyError> {
         ([only], Some(stroke)) => Some(stroke.steady.of(only.as_slice()).to_vec()),
         _ => None,
     };
+    let signals = Signals::of(&take.recording, &take.segmentation.roles).ok();
+    let forces = stroke.zip(signals).and_then(|(stroke, signals)| {
+        feature::stroke_forces(&signals, &take.segmentation, stroke.steady)
+    });
     Ok(Some(Example {
         take: place,
         samples,
+        forces,
     }))
 }
 

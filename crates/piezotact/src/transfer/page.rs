@@ -3,15 +3,15 @@
 use super::{
     Bias, Distortion, DistortionLevels, Estimator, ImpactTraces, Limits, TransferFunction,
 };
-use crate::figure::{Axis, Chart, Figure, Line, Mark, Tone, range};
+use crate::figure::{Axis, Chart, Figure, Line, Mark, Panels, Scale, Tone, range};
 use crate::number::digits;
 use crate::page::{Block, Cell, Column, Fact, Number, Page, Table, fixed};
-use crate::quantity::{Band, Decibels, Quantity, Unit};
+use crate::quantity::{Band, Decibels, Hertz, Quantity, Unit};
 
-const TARGET: Tone = Tone::Reference;
 const UNDER: Tone = Tone::Pale;
 const MEASURED: Tone = Tone::Main;
 const OTHER: Tone = Tone::Second;
+const THIRD: Tone = Tone::Signal;
 
 /// A level below any that can be measured, dB.
 const NOTHING_DB: f64 = -300.0;
@@ -66,7 +66,7 @@ impl<'a, I: Quantity, O: Quantity> TransferReport<'a, I, O> {
     #[must_use]
     pub fn page(&self) -> Page {
         let function = self.function;
-        let (shown, judged) = (function.shown_band(), function.tactile_band());
+        let judged = function.tactile_band();
         let conclusion = format!(
             "{} from {}: {} lines {:.2} Hz apart, from {} to {}",
             function.estimator,
@@ -88,10 +88,8 @@ impl<'a, I: Quantity, O: Quantity> TransferReport<'a, I, O> {
             let steps = self.refused.clone();
             page = page.section("Refused measurements", [Block::Steps { steps }]);
         }
-        let figures = figures(function, shown, &self.unit);
-        let figures = figures.into_iter().map(Block::Figure);
-        let note = "Shaded: the band that was excited. Outside it, the values have no meaning.";
-        page = page.section("Transfer function", figures.chain([Block::note(note)]));
+        let shown = figure(function, judged, &self.unit);
+        page = page.section("Transfer function", [Block::Figure(shown)]);
         #[cfg(feature = "modal")]
         if let Some(hits) = super::impact_page::blocks(self) {
             page = page.section("Hits", hits);
@@ -253,31 +251,30 @@ fn bench_line<I: Quantity, O: Quantity>(function: &TransferFunction<I, O>) -> St
     }
 }
 
-/// What the figures of a transfer function show.
-fn captions<I: Quantity, O: Quantity>(function: &TransferFunction<I, O>) -> [&'static str; 3] {
-    let coherence = "Coherence: the share of the response power that the drive explains linearly.";
-    if function.confidence().is_none() {
-        return [
-            "Magnitude. Its scatter is unknown.",
-            "Phase. Its scatter is unknown.",
-            coherence,
-        ];
-    }
-    match function.limits() {
-        Limits::BestLinear => [
-            "Magnitude. Area behind the curve: 95 % confidence interval at each spectral line, of the best linear approximation \
-                at the level of this drive, if device and finger did not change. H2 is above H1 by the noise on the response and by the distortion.",
-            "Phase. Area behind the curve: 95 % confidence interval.",
-            coherence,
-        ],
-        Limits::Scatter => [
-            "Magnitude. Area behind the curve: scatter of the estimate, that is its random error only. Other area: from H1 to H2. \
-                Noise on the drive makes H1 too small, noise on the response makes H2 too large: for a linear system the \
-                true magnitude lies between them, apart from the scatter.",
-            "Phase. Area behind the curve: scatter of the estimate.",
-            coherence,
-        ],
-    }
+/// What the figure of a transfer function over `band` shows.
+fn caption<I: Quantity, O: Quantity>(function: &TransferFunction<I, O>, band: Band) -> String {
+    let scatter = match function.limits() {
+        _ if function.confidence().is_none() => "Magnitude and phase; their scatter is unknown.",
+        Limits::BestLinear => {
+            "Magnitude and phase. Area behind the curve: 95 % confidence interval at each spectral line, of the best linear \
+                approximation at the level of this drive, if device and finger did not change. H2 is above H1 by the noise on the \
+                response and by the distortion."
+        }
+        Limits::Scatter => {
+            "Magnitude and phase. Area behind the curve: scatter of the estimate, that is its random error only. Other area: from \
+                H1 to H2. Noise on the drive makes H1 too small, noise on the response makes H2 too large: for a linear system the \
+                true magnitude lies between them, apart from the scatter."
+        }
+    };
+    let coherence = match function.has_coherence() {
+        true => " Coherence: the share of the response power that the drive explains linearly.",
+        false => "",
+    };
+    format!(
+        "{scatter} The phase includes the delay and is unwrapped.{coherence} Drawn: the excited band from {} to {}.",
+        band.low(),
+        band.high()
+    )
 }
 
 /// What limits are called.
@@ -337,43 +334,39 @@ fn origin<I: Quantity, O: Quantity>(function: &TransferFunction<I, O>) -> Vec<Fa
     facts
 }
 
-/// The span of frequencies that figures of a band show: a little more on both sides.
-fn span(band: Band) -> (f64, f64) {
-    ((band.low().0 * 0.6).max(1.0), band.high().0 * 1.4)
-}
-
-/// Magnitude, phase and, where there is one, coherence of a transfer function in `unit`: figures over one axis, the first two
-/// with their limits where they are known, the first with the area between H1 and H2.
+/// Magnitude, phase and, where there is one, coherence of a transfer function in `unit` over the excited part of `band`, in one
+/// figure. The first two have their limits where they are known, the first the area between H1 and H2.
 ///
 /// Source: thesis 2.5.3.
-pub fn figures<I: Quantity, O: Quantity>(
+pub fn figure<I: Quantity, O: Quantity>(
     function: &TransferFunction<I, O>,
     band: Band,
     unit: &str,
-) -> Vec<Figure> {
-    let (from, to) = span(band);
+) -> Figure {
+    let drawn = |excited: Band| {
+        let low = excited.low().0.max(band.low().0);
+        let high = excited.high().0.min(band.high().0);
+        Band::new(Hertz(low), Hertz(high)).ok()
+    };
+    let shown = function.excited.and_then(drawn).unwrap_or(band);
+    let (from, to) = (shown.low().0.max(1.0), shown.high().0);
     let db = |magnitude: f64| Decibels::from_amplitude_ratio(magnitude).0;
-    // What nothing drove is not drawn.
-    let excited = |hz: &f64| function.excited.is_none_or(|excited| excited.contains(*hz));
-    let lines: Vec<(usize, f64)> = (1..)
-        .zip(function.frequencies_hz().into_iter().skip(1))
-        .filter(|(_, hz)| excited(hz))
-        .collect();
+    let lines: Vec<(usize, f64)> = function.lines_in(shown).collect();
     let points = |value: &dyn Fn(usize) -> f64| -> Vec<(f64, f64)> {
         lines.iter().map(|(line, hz)| (*hz, value(*line))).collect()
     };
-    let phase_of = |line: usize| function.response()[line].arg().to_degrees();
+    let phase = function.unwrapped_phase_rad(shown).into_iter();
+    let phase: Vec<(f64, f64)> = phase.map(|(hz, rad)| (hz, rad.to_degrees())).collect();
     let magnitude = points(&|line| db(function.response()[line].norm()));
-    let phase = points(&phase_of);
     let coherence = points(&|line| function.coherence()[line]);
     let (low, high) = range(&[&magnitude], from, to, 10.0, 80.0);
     let limits = function.confidence();
     let (mut magnitudes, mut phases) = (Vec::new(), Vec::new());
     if let Some(limits) = &limits {
-        for (line, hz) in lines.iter().copied() {
+        for ((line, hz), (_, degrees)) in lines.iter().copied().zip(&phase) {
             magnitudes.push((hz, db(limits.low[line]), db(limits.high[line])));
             let reach = limits.phase_reach_rad[line].to_degrees();
-            phases.push((hz, phase_of(line) - reach, phase_of(line) + reach));
+            phases.push((hz, degrees - reach, degrees + reach));
         }
     }
     let bounds = function.bias_bounds();
@@ -402,43 +395,29 @@ pub fn figures<I: Quantity, O: Quantity>(
             vec![other("H1", 0).ribbon(between), other("H2", 1)]
         }
     };
-    let shown_name = function.estimator.to_string();
     // A coherence of 0.98 and one of 0.999 are worlds apart: the axis begins below the lowest in the band.
     let lowest = function
         .coherence_in(band)
         .map_or(0.0, |summary| summary.lowest.clamp(0.0, 1.0));
     let floor = ((lowest * 10.0).floor() / 10.0).min(0.9);
-    let chart = |label: &str, (low, high): (f64, f64), lines: Vec<Line>| Chart {
-        shaded: vec![(band.low().0, band.high().0)],
-        ..Chart::new(
-            Axis::log("frequency, Hz", from, to),
-            Axis::new(label, low, high),
-            lines,
-        )
-    };
+    let chart =
+        |y: Axis, lines: Vec<Line>| Chart::new(Axis::log("frequency, Hz", from, to), y, lines);
+    let measured = |label: &str, points: Vec<(f64, f64)>| Line::new(label, MEASURED, points).thin();
     let mut all = others;
-    all.push(
-        Line::new(shown_name, MEASURED, magnitude)
-            .ribbon(magnitudes)
-            .thin(),
-    );
-    let mut drawn = vec![
-        chart(&format!("|H|, dB re 1 {unit}"), (low, high), all),
-        chart(
-            "phase including delay, °",
-            (-180.0, 180.0),
-            vec![Line::new("", TARGET, phase).ribbon(phases).thin()],
-        ),
+    let name = function.estimator.to_string();
+    all.push(measured(&name, magnitude).ribbon(magnitudes));
+    let degrees = phase.iter().map(|(_, degrees)| *degrees);
+    let degrees = Axis::around("phase, °", Scale::Linear, degrees);
+    let mut panels = vec![
+        chart(Axis::new(format!("|H|, dB re 1 {unit}"), low, high), all),
+        chart(degrees, vec![measured("", phase).ribbon(phases)]),
     ];
     if function.has_coherence() {
-        let line = Line::new("", OTHER, coherence).thin();
         let above = 1.0 + 0.05 * (1.0 - floor);
-        drawn.push(chart("coherence", (floor, above), vec![line]));
+        let axis = Axis::new("coherence", floor, above);
+        panels.push(chart(axis, vec![measured("", coherence)]));
     }
-    let drawn = drawn.into_iter().zip(captions(function));
-    drawn
-        .map(|(chart, caption)| chart.captioned(caption))
-        .collect()
+    Panels::new(panels).captioned(caption(function, shown))
 }
 
 /// The answer, noise and distortion by third octave.
@@ -455,7 +434,7 @@ fn distortion_chart(distortion: &Distortion, unit: &str) -> Chart {
         Line::new("answer", MEASURED, of(&|l| Some(l.linear))).marked(Mark::Joined),
         Line::new("noise of one period", UNDER, of(&|l| Some(l.noise))).marked(Mark::Joined),
         Line::new("even distortion", OTHER, of(&|l| l.even)).marked(Mark::Joined),
-        Line::new("odd distortion", TARGET, of(&|l| l.odd)).marked(Mark::Joined),
+        Line::new("odd distortion", THIRD, of(&|l| l.odd)).marked(Mark::Joined),
     ];
     let (from, to) = match (levels.first(), levels.last()) {
         (Some(first), Some(last)) => (first.band_hz.low().0, last.band_hz.high().0),

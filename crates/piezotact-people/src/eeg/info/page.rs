@@ -1,6 +1,6 @@
 //! What a file of EEG holds, in sentences, tables and a report.
 
-use piezotact::number::{counted, digits, rounded};
+use piezotact::number::{counted, digits, plus, rounded};
 use piezotact::page::{Block, Cell, Column, Number, Page, Table};
 
 use super::{ChannelInfo, EegInfo};
@@ -233,7 +233,7 @@ impl EegInfo {
         if let Some(clock) = &self.clock {
             let numbers = vec![
                 Number::new(
-                    format!("{:+.2} ppm", clock.drift_ppm).replace('-', "−"),
+                    format!("{} ppm", plus(clock.drift_ppm, 2)),
                     "drift of the second clock",
                 ),
                 Number::new(

@@ -1,7 +1,7 @@
 //! Independent components beside eye movements, in a table and on the scalp.
 
 use piezotact::figure::Maps;
-use piezotact::number::{digits, rounded};
+use piezotact::number::{digits, rounded, signed};
 use piezotact::page::{Block, Cell, Column, Table};
 
 use super::{Electrode, head_map};
@@ -69,7 +69,7 @@ impl EyeComponents {
                 .map(|(at, _)| 1e6 * one.weights_v[*at])
                 .collect();
             let out = if one.taken_out { "taken out" } else { "kept" };
-            let title = format!("{}: r = {:.2}, {out}", at + 1, one.correlation).replace('-', "−");
+            let title = format!("{}: r = {}, {out}", at + 1, signed(one.correlation, 2));
             head_map(title, &electrodes, &values).map(|(panel, _)| panel)
         };
         let panels: Option<Vec<_>> = order.iter().take(DRAWN).map(panel).collect();
