@@ -142,7 +142,8 @@ fn a_filtered_profile_is_not_filtered_again() {
     }
     let html = std::fs::read_to_string(folder.path("r.html")).unwrap();
     assert!(
-        html.contains("<th class=\"n\">instrument</th>") && html.contains("not filtered again")
+        html.contains("<th class=\"n\" scope=\"col\">instrument</th>")
+            && html.contains("not filtered again")
     );
 
     // who wants it filtered again gets it, with a warning

@@ -196,11 +196,11 @@ fn values(matrix: &AssociationMatrix) -> Markup {
     html! {
         details {
             summary { "Counts and 95 % intervals" }
-            div.wide {
+            div.wide tabindex="0" role="region" aria-label="Table" {
                 table.association {
                     tr {
-                        th { "presented" } th.n { "times" }
-                        @for sample in &matrix.samples { th.n { (sample) } }
+                        th scope="col" { "presented" } th.n scope="col" { "times" }
+                        @for sample in &matrix.samples { th.n scope="col" { (sample) } }
                     }
                     @for row in &matrix.rows {
                         tr {
@@ -277,9 +277,9 @@ fn ordering_section(ordering: &Ordering) -> Result<Markup, DrawError> {
             }
             (figure(&places(ordering).svg(), "How often each sample (row) was put in each place (column) of its set, % of its orders. Outlined: its declared place, where all samples are ordered together."))
             (figure(&dominance(ordering).svg(), "How often the sample of the row was put before that of the column, % of the orders of both. In the declared order all above the diagonal is 100 %. Hatched: never ordered together."))
-            div.wide {
+            div.wide tabindex="0" role="region" aria-label="Table" {
                 table {
-                    tr { th { "participant" } th { "session" } th { "set" } th.n { "τ" } th.n { "in place" } th { "order" } }
+                    tr { th scope="col" { "participant" } th scope="col" { "session" } th scope="col" { "set" } th.n scope="col" { "τ" } th.n scope="col" { "in place" } th scope="col" { "order" } }
                     @for repetition in &ordering.repetitions {
                         tr {
                             td { (repetition.participant) }

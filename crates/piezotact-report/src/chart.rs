@@ -6,11 +6,12 @@ use plotters::prelude::*;
 use plotters::style::FontTransform;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use piezotact::figure::{Chart, Line, Mark, Scale, Tone, Weight};
+use piezotact::figure::{Chart, Line, Mark, Scale, Weight};
 
 use crate::DrawError;
 use crate::alternative;
 use crate::axis::{Drawable, Ticked};
+use crate::colour::colour;
 use crate::format::{Format, both, labelled};
 use crate::legend::Place;
 
@@ -34,68 +35,6 @@ const LONGEST_NAME: f64 = 180.0;
 pub(crate) const TEXT: RGBColor = RGBColor(70, 78, 86);
 const LIMIT: RGBColor = RGBColor(190, 30, 45);
 const SHADE: RGBColor = RGBColor(0, 121, 107);
-
-/// Colours that are distinguishable with any colour vision.
-///
-/// M. Okabe and K. Ito, *Color Universal Design* (2008), without yellow, which is too light for a line.
-const OKABE_ITO: [RGBColor; 7] = [
-    RGBColor(0, 114, 178),
-    RGBColor(213, 94, 0),
-    RGBColor(0, 158, 115),
-    RGBColor(204, 121, 167),
-    RGBColor(86, 180, 233),
-    RGBColor(230, 159, 0),
-    RGBColor(0, 0, 0),
-];
-
-/// Viridis at ten even steps, from dark to light; its lightest end is left out.
-const VIRIDIS: [RGBColor; 10] = [
-    RGBColor(68, 1, 84),
-    RGBColor(72, 33, 115),
-    RGBColor(65, 62, 133),
-    RGBColor(53, 90, 140),
-    RGBColor(43, 116, 142),
-    RGBColor(33, 143, 140),
-    RGBColor(33, 168, 131),
-    RGBColor(82, 190, 101),
-    RGBColor(144, 203, 62),
-    RGBColor(186, 208, 36),
-];
-
-/// `count` colours in order: distinct ones for a few, a scale from dark to light for many.
-pub(crate) fn palette(count: usize) -> Vec<RGBColor> {
-    if count <= OKABE_ITO.len() {
-        return OKABE_ITO[..count].to_vec();
-    }
-    (0..count)
-        .map(|i| {
-            let place = i as f64 * (VIRIDIS.len() - 1) as f64 / (count - 1) as f64;
-            let k = (place as usize).min(VIRIDIS.len() - 2);
-            let share = place - k as f64;
-            let mix = |a: u8, b: u8| (f64::from(a) * (1.0 - share) + f64::from(b) * share) as u8;
-            let (a, b) = (VIRIDIS[k], VIRIDIS[k + 1]);
-            RGBColor(mix(a.0, b.0), mix(a.1, b.1), mix(a.2, b.2))
-        })
-        .collect()
-}
-
-/// The colour of a tone.
-pub(crate) fn colour(tone: Tone) -> RGBColor {
-    match tone {
-        Tone::Reference => RGBColor(30, 30, 30),
-        Tone::Pale => RGBColor(172, 180, 188),
-        Tone::Main => RGBColor(0, 121, 107),
-        Tone::Second => RGBColor(198, 83, 26),
-        Tone::Signal => RGBColor(0, 90, 140),
-        Tone::Accent => RGBColor(213, 94, 0),
-        Tone::Third => RGBColor(0, 158, 115),
-        Tone::Border => RGBColor(110, 118, 126),
-        Tone::Of { index, count } => {
-            let colours = palette(count.max(1));
-            colours[index.min(colours.len() - 1)]
-        }
-    }
-}
 
 /// A plot is at least so wide.
 const LEAST_WIDTH: u32 = 40;
@@ -258,6 +197,17 @@ impl<'c> Plot<'c> {
         self.format.width.saturating_sub(around).max(LEAST_WIDTH)
     }
 
+    /// As many numbers along the axis of y as stand clear of each other.
+    fn y_marks(&self) -> usize {
+        let absent = match self.below {
+            Below::Axis => 0,
+            Below::Marks => 2 * line_height(self.format),
+        };
+        let around = absent + self.below_px() + self.format.text;
+        let plot = self.height.saturating_sub(around);
+        (plot / (2 * self.format.text)).clamp(2, Y_MARKS as u32) as usize
+    }
+
     /// How wide is what must stand left of the plot.
     fn needed_left(&self) -> u32 {
         let axis = self.y.ranged(14, f64::INFINITY, &|_| 0.0);
@@ -345,7 +295,7 @@ impl<'c> Plot<'c> {
             let chart = builder
                 .build_cartesian_2d(
                     self.x.ranged(marks, room, &names),
-                    self.y.ranged(14, f64::INFINITY, &names),
+                    self.y.ranged(2 * self.y_marks(), f64::INFINITY, &names),
                 )
                 .map_err(plot_failed)?;
             self.draw(chart, &plot)?;
@@ -399,7 +349,7 @@ impl<'c> Plot<'c> {
             mesh.x_desc(&self.x.label);
         }
         mesh.x_labels(x_labels)
-            .y_labels(Y_MARKS)
+            .y_labels(self.y_marks())
             .set_all_tick_mark_size(TICK * FINE)
             .x_label_formatter(&text)
             .y_label_formatter(&|v| self.y.text(*v))
@@ -615,7 +565,7 @@ fn extremes(points: Vec<(f64, f64)>, most: usize) -> Vec<(f64, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use piezotact::figure::Axis;
+    use piezotact::figure::{Axis, Tone};
 
     /// The sizes of all texts, in units of the drawing, and how often `part` stands in it.
     fn sizes(svg: &str) -> Vec<f64> {

@@ -8,7 +8,8 @@ use plotters::style::{RGBColor, WHITE};
 
 use crate::DrawError;
 use crate::axis::number;
-use crate::chart::{TEXT, palette};
+use crate::chart::TEXT;
+use crate::colour::palette;
 use crate::format::Format;
 
 /// The colours of the scale; one more stands for what was not measured.

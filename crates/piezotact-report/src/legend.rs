@@ -7,7 +7,8 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use piezotact::figure::{Legend, Line, Mark};
 
 use crate::DrawError;
-use crate::chart::{EDGE, FINE, colour, font, half_pixels, line_height, plot_failed};
+use crate::chart::{EDGE, FINE, font, half_pixels, line_height, plot_failed};
+use crate::colour::colour;
 use crate::format::Format;
 
 /// More labelled lines than this have their legend beside a wide chart.

@@ -7,6 +7,7 @@ mod axis;
 #[cfg(feature = "people")]
 mod bars;
 pub mod chart;
+mod colour;
 pub mod criteria;
 #[cfg(feature = "people")]
 pub mod design;

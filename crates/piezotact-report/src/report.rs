@@ -219,7 +219,7 @@ pub(crate) fn drawn_table(table: &Table) -> Result<Markup, DrawError> {
     Ok(html! {
         div.wide tabindex="0" role="region" aria-label=(alternative::table(table)) {
             table {
-                tr { @for (i, column) in table.columns.iter().enumerate() { th scope="col" class=[class(i)] { (column.heading) } } }
+                tr { @for (i, column) in table.columns.iter().enumerate() { th class=[class(i)] scope="col" { (column.heading) } } }
                 @for row in &table.rows {
                     tr { @for (i, cell) in row.iter().enumerate() { td class=[class(i)] data-value=[exact(cell)] { (cell_text(cell)) } } }
                 }

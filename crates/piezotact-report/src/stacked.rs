@@ -12,7 +12,7 @@ use crate::format::{Format, both};
 ///
 /// # Errors
 /// [`DrawError`] where the plotting library refuses it.
-pub fn svg(panels: &Panels, height: u32) -> Result<String, DrawError> {
+pub(crate) fn svg(panels: &Panels, height: u32) -> Result<String, DrawError> {
     both(&alternative::panels(panels), |format| {
         stacked(panels, format, height)
     })

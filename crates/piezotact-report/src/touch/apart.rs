@@ -50,11 +50,11 @@ fn rules(found: &AcrossSamples) -> Markup {
 fn matrix(groups: &Groups) -> Markup {
     let count = groups.names.len();
     html! {
-        div.wide { table.matrix {
-            tr { th { "JND" } @for name in &groups.names { th.n { (name) } } }
+        div.wide tabindex="0" role="region" aria-label="Table" { table.matrix {
+            tr { th scope="col" { "JND" } @for name in &groups.names { th.n scope="col" { (name) } } }
             @for i in 0..count {
                 tr {
-                    th { (groups.names[i]) (format!(" ({})", groups.units[i])) }
+                    th scope="row" { (groups.names[i]) (format!(" ({})", groups.units[i])) }
                     @for j in 0..count {
                         @if i == j {
                             td.n.soft { (groups.within_jnd[i].map_or("–".into(), |v| format!("({v:.1})"))) }
@@ -82,10 +82,10 @@ fn pairs(found: &AcrossSamples) -> Markup {
     html! {
         details {
             summary { (format!("The criteria of {}", found.family_text())) }
-            div.wide { table {
+            div.wide tabindex="0" role="region" aria-label="Table" { table {
                 tr {
-                    @if several { th { "setting" } }
-                    th { "pair" } th.n { "spectrum, level, balance, JND" } th { "below the JND" } th { "below the distance between halves" } th { "permutation test" } th.n { "p" } th.n { "p, adjusted" } th { "outcome" }
+                    @if several { th scope="col" { "setting" } }
+                    th scope="col" { "pair" } th.n scope="col" { "spectrum, level, balance, JND" } th scope="col" { "below the JND" } th scope="col" { "below the distance between halves" } th scope="col" { "permutation test" } th.n scope="col" { "p" } th.n scope="col" { "p, adjusted" } th scope="col" { "outcome" }
                 }
                 @for groups in &found.settings {
                     @for pair in &groups.pairs {

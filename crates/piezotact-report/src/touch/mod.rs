@@ -146,12 +146,12 @@ fn groups(study: &StudyAnalysis) -> Markup {
         section {
             h2 { "Groups" }
             p.soft { "Mean ± standard deviation over strokes." }
-            div.wide { table.tight {
+            div.wide tabindex="0" role="region" aria-label="Table" { table.tight {
                 tr {
-                    th { "group" } th.n { "strokes" } th.n { "rms, " (unit) }
-                    @for (_, heading) in shown() { th.n { (heading) } }
-                    th.n { "highest peak, Hz" }
-                    @if weighted { th.n { "Pacinian power, × threshold power" } }
+                    th scope="col" { "group" } th.n scope="col" { "strokes" } th.n scope="col" { "rms, " (unit) }
+                    @for (_, heading) in shown() { th.n scope="col" { (heading) } }
+                    th.n scope="col" { "highest peak, Hz" }
+                    @if weighted { th.n scope="col" { "Pacinian power, × threshold power" } }
                 }
                 @for s in all() {
                     tr {
@@ -165,11 +165,11 @@ fn groups(study: &StudyAnalysis) -> Markup {
             } }
             (felt(study))
             @if touched || moved {
-                div.wide { table.second.tight {
+                div.wide tabindex="0" role="region" aria-label="Table" { table.second.tight {
                     tr {
-                        th { "group" }
-                        @if touched { th.n { "friction coefficient" } th.n { "normal force, N" } }
-                        @if moved { th.n { "speed, mm/s" } th.n { "fingerprint peak, Hz" } th.n { "ridge wavelength, mm" } }
+                        th scope="col" { "group" }
+                        @if touched { th.n scope="col" { "friction coefficient" } th.n scope="col" { "normal force, N" } }
+                        @if moved { th.n scope="col" { "speed, mm/s" } th.n scope="col" { "fingerprint peak, Hz" } th.n scope="col" { "ridge wavelength, mm" } }
                     }
                     @for s in all() {
                         tr {
@@ -196,8 +196,8 @@ fn felt(study: &StudyAnalysis) -> Markup {
     let known = |group: &Group| group.duplex.is_some() || !group.summary.receptors.is_empty();
     html! {
         @if study.groups.iter().any(known) {
-            div.wide { table.second {
-                tr { th { "group" } th { "texture by the duplex theory" } th { "receptors" } }
+            div.wide tabindex="0" role="region" aria-label="Table" { table.second {
+                tr { th scope="col" { "group" } th scope="col" { "texture by the duplex theory" } th scope="col" { "receptors" } }
                 @for group in &study.groups {
                     tr {
                         td { (group.summary.name) }
@@ -433,8 +433,8 @@ fn speeds(study: &StudyAnalysis, words: &dyn Words) -> Result<Markup, DrawError>
             h2 { "Across speeds" }
             (figure(&over_all, "Rms of the vibration at each speed: mean and standard deviation over strokes; small dots: the single strokes, where they are five or fewer."))
             @if all.len() > 1 {
-                div.wide { table.tight {
-                    tr { th { "setting" } th.n { "exponent of rms versus speed" } th.n { "95 %" } th { "trend" } th.n { "spatial period, mm" } th.n { "95 %" } }
+                div.wide tabindex="0" role="region" aria-label="Table" { table.tight {
+                    tr { th scope="col" { "setting" } th.n scope="col" { "exponent of rms versus speed" } th.n scope="col" { "95 % interval" } th scope="col" { "trend" } th.n scope="col" { "spatial period, mm" } th.n scope="col" { "95 % interval, mm" } }
                     @for row in &rows { tr { td { (row[0]) } @for cell in &row[1..] { td.n { (cell) } } } }
                 } }
             }
@@ -479,8 +479,8 @@ fn active_passive(study: &StudyAnalysis) -> Result<Markup, DrawError> {
             @if passive.is_none() || active.is_none() { p.soft { "Mean power spectral densities: see “Across samples”." } }
             @if let Some(svg) = &passive { (figure(svg, "Passive touch: mean power spectral density of each sample.")) }
             @if let Some(svg) = &active { (figure(svg, "Active touch: mean power spectral density of each sample.")) }
-            div.wide { table.tight {
-                tr { th { "sample" } th.n { "difference of the PSDs, dB rms" } th.n { "active − passive level, dB" } }
+            div.wide tabindex="0" role="region" aria-label="Table" { table.tight {
+                tr { th scope="col" { "sample" } th.n scope="col" { "difference of the PSDs, dB rms" } th.n scope="col" { "active − passive level, dB" } }
                 @for pair in &compared.pairs {
                     tr {
                         td { (pair.sample) }
@@ -546,8 +546,8 @@ fn rejects(takes: &[AnalysedRecording]) -> Markup {
     html! {
         section {
             h2 { "Rejected parts" }
-            div.wide { table {
-                tr { th { "recording" } th.n { "from, s" } th.n { "to, s" } th { "reason" } th { "criteria" } }
+            div.wide tabindex="0" role="region" aria-label="Table" { table {
+                tr { th scope="col" { "recording" } th.n scope="col" { "from, s" } th.n scope="col" { "to, s" } th scope="col" { "reason" } th scope="col" { "criteria" } }
                 @for take in takes {
                     @for r in &take.segmentation.rejected {
                         tr {
