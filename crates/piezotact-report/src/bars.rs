@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use piezotact_people::association::AssociationMatrix;
+use piezotact::figure::{Matrix, Shade, Square};
 
 use crate::alternative;
 use crate::format::{Format, both};
@@ -16,22 +16,27 @@ const OTHER: [&str; 3] = ["#e07a80", "#a01824", "#be3440"];
 const BAR: f64 = 0.7;
 
 /// The bars in both formats.
-pub(crate) fn svg(matrix: &AssociationMatrix) -> String {
+pub(crate) fn svg(matrix: &Matrix) -> String {
     let drawn: Result<String, std::convert::Infallible> = both(&alternative(matrix), |format| {
         Ok(View::of(matrix, format).drawn(matrix))
     });
     drawn.unwrap_or_else(|never| match never {})
 }
 
-fn alternative(matrix: &AssociationMatrix) -> String {
-    let rows: Vec<String> = (matrix.rows.iter())
-        .map(|row| row.stimulus.name.clone())
-        .collect();
+fn alternative(matrix: &Matrix) -> String {
     alternative::matrix(
-        "association as bars, %",
-        ("presented", &rows),
-        ("declared as", &matrix.samples),
+        &format!("{}, as bars", matrix.scale_label),
+        (&matrix.row_label, &matrix.rows),
+        (&matrix.column_label, &matrix.columns),
     )
+}
+
+/// The percentage of a square, where it has one.
+fn percent(square: &Square) -> Option<f64> {
+    match square.shade {
+        Shade::Percent(percent) => Some(percent),
+        _ => None,
+    }
 }
 
 /// How the plane is seen: columns run to the lower right, rows to the upper right, so that the diagonal lies across.
@@ -47,11 +52,11 @@ struct View {
 }
 
 impl View {
-    fn of(matrix: &AssociationMatrix, format: Format) -> Self {
-        let (rows, columns) = (matrix.rows.len() as f64, matrix.samples.len() as f64);
-        let names = matrix.rows.iter().map(|row| &row.stimulus.name);
+    fn of(matrix: &Matrix, format: Format) -> Self {
+        let (rows, columns) = (matrix.rows.len() as f64, matrix.columns.len() as f64);
+        let names = matrix.rows.iter();
         let longest = names
-            .chain(&matrix.samples)
+            .chain(&matrix.columns)
             .map(|name| format.width_of(name));
         let room = longest
             .fold(0.0, f64::max)
@@ -96,14 +101,14 @@ impl View {
         )
     }
 
-    fn drawn(&self, matrix: &AssociationMatrix) -> String {
+    fn drawn(&self, matrix: &Matrix) -> String {
         let (width, height) = (f64::from(self.format.width), self.height);
         let size = self.format.text;
         let mut svg = format!(
             "<svg role=\"img\" viewBox=\"0 0 {width} {height:.0}\" xmlns=\"http://www.w3.org/2000/svg\" font-family=\"sans-serif\" font-size=\"{size}\" fill=\"{INK}\">\n<rect width=\"{width}\" height=\"{height:.0}\" fill=\"#ffffff\"/>"
         );
-        for (i, row) in matrix.rows.iter().enumerate() {
-            for (j, cell) in row.cells.iter().enumerate() {
+        for (i, row) in matrix.squares.iter().enumerate() {
+            for (j, square) in row.iter().enumerate() {
                 let (r, c) = (self.place(i), j as f64);
                 let tile = [
                     (c, r, 0.0),
@@ -111,7 +116,7 @@ impl View {
                     (c + 1.0, r + 1.0, 0.0),
                     (c, r + 1.0, 0.0),
                 ];
-                let fill = if cell.is_tested() {
+                let fill = if square.shade != Shade::Untested {
                     "#eff5f6"
                 } else {
                     "#c4c9ce"
@@ -120,13 +125,13 @@ impl View {
             }
         }
         // From the back to the front.
-        for (i, row) in matrix.rows.iter().enumerate().rev() {
-            for (j, cell) in row.cells.iter().enumerate() {
-                let faces = match cell.answered == row.stimulus.expected {
+        for (i, row) in matrix.squares.iter().enumerate().rev() {
+            for (j, square) in row.iter().enumerate() {
+                let faces = match square.outlined {
                     true => EXPECTED,
                     false => OTHER,
                 };
-                if let Some(percent) = cell.percent.filter(|percent| *percent > 0.0) {
+                if let Some(percent) = percent(square).filter(|percent| *percent > 0.0) {
                     svg.push_str(&self.bar((j as f64, self.place(i)), percent, faces));
                 }
             }
@@ -158,8 +163,8 @@ impl View {
     }
 
     /// The names along the two front sides, as many as have room, and what the sides are.
-    fn names(&self, matrix: &AssociationMatrix, size: f64) -> String {
-        let (rows, columns) = (matrix.rows.len(), matrix.samples.len());
+    fn names(&self, matrix: &Matrix, size: f64) -> String {
+        let (rows, columns) = (matrix.rows.len(), matrix.columns.len());
         let every = ((1.05 * size / self.step.1).ceil() as usize).max(1);
         let mut svg = String::new();
         let mut text = |(x, y): (f64, f64), anchor: &str, text: &str| {
@@ -170,23 +175,23 @@ impl View {
             );
         };
         let room = 0.25 * f64::from(self.format.width);
-        for (j, name) in matrix.samples.iter().enumerate().step_by(every) {
+        for (j, name) in matrix.columns.iter().enumerate().step_by(every) {
             let (x, y) = self.at(j as f64 + 0.5, rows as f64, 0.0);
             text((x - 3.0, y + size), "end", &self.format.cut(name, room));
         }
-        for (i, row) in matrix.rows.iter().enumerate().step_by(every) {
+        for (i, name) in matrix.rows.iter().enumerate().step_by(every) {
             let (x, y) = self.at(columns as f64, self.place(i) + 0.5, 0.0);
-            text(
-                (x + 3.0, y + size),
-                "start",
-                &self.format.cut(&row.stimulus.name, room),
-            );
+            text((x + 3.0, y + size), "start", &self.format.cut(name, room));
         }
         let (x, y) = self.at(0.5 * columns as f64, rows as f64, 0.0);
         let below = y + size + self.format.em(2.0);
-        text((x - self.format.em(3.0), below), "end", "declared as");
+        text(
+            (x - self.format.em(3.0), below),
+            "end",
+            &matrix.column_label,
+        );
         let (x, _) = self.at(columns as f64, 0.5 * rows as f64, 0.0);
-        text((x + self.format.em(3.0), below), "start", "presented");
+        text((x + self.format.em(3.0), below), "start", &matrix.row_label);
         svg
     }
 }

@@ -2,10 +2,10 @@
 
 use std::fmt::Write as _;
 
-use piezotact::figure::Matrix;
+use piezotact::figure::{Matrix, Shade, Square};
 
 use crate::alternative;
-use crate::format::{Format, both, labelled};
+use crate::format::{Format, both};
 use crate::image::escaped;
 
 const INK: &str = "#464e56";
@@ -15,48 +15,6 @@ const FULL: [f64; 3] = [0.0, 84.0, 104.0];
 /// From this percentage on numbers are white.
 const DARK: f64 = 50.0;
 
-/// What a square shows.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Shade {
-    /// A percentage.
-    Percent(f64),
-    /// A count, of which the second is the largest: the darkest.
-    #[cfg_attr(
-        not(feature = "people"),
-        expect(dead_code, reason = "only reports of answers draw it")
-    )]
-    Count(usize, usize),
-    /// It was not tested.
-    Untested,
-    /// It cannot be.
-    #[cfg_attr(
-        not(feature = "people"),
-        expect(dead_code, reason = "only reports of answers draw it")
-    )]
-    Blank,
-}
-
-/// One square.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Square {
-    pub(crate) shade: Shade,
-    pub(crate) outlined: bool,
-    pub(crate) dotted: bool,
-}
-
-/// A matrix of squares with the names of its rows and columns.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Grid {
-    pub(crate) rows: Vec<String>,
-    pub(crate) columns: Vec<String>,
-    pub(crate) squares: Vec<Vec<Square>>,
-    pub(crate) row_label: String,
-    pub(crate) column_label: String,
-    pub(crate) scale_label: String,
-    /// What a hatched square means.
-    pub(crate) hatched_label: String,
-}
-
 /// The colour of a percentage.
 pub(crate) fn colour(percent: f64) -> String {
     let share = (percent / 100.0).clamp(0.0, 1.0);
@@ -64,46 +22,23 @@ pub(crate) fn colour(percent: f64) -> String {
     format!("#{r:02x}{g:02x}{b:02x}")
 }
 
-impl From<&Matrix> for Grid {
-    fn from(matrix: &Matrix) -> Self {
-        let rows = matrix.percent.iter().zip(&matrix.outlined);
-        let squares = rows.map(|(row, outlined)| {
-            let row = row.iter().enumerate();
-            row.map(|(column, percent)| Square {
-                shade: percent.map_or(Shade::Untested, Shade::Percent),
-                outlined: *outlined == Some(column),
-                dotted: false,
-            })
-            .collect()
-        });
-        Self {
-            rows: matrix.rows.clone(),
-            columns: matrix.columns.clone(),
-            squares: squares.collect(),
-            row_label: matrix.row_label.clone(),
-            column_label: matrix.column_label.clone(),
-            scale_label: "association, %".into(),
-            hatched_label: "untested".into(),
-        }
+/// How a matrix is drawn.
+pub(crate) struct Grid<'m>(pub(crate) &'m Matrix);
+
+impl std::ops::Deref for Grid<'_> {
+    type Target = Matrix;
+
+    fn deref(&self) -> &Matrix {
+        self.0
     }
 }
 
-impl Grid {
+impl Grid<'_> {
     /// For a page: in both formats.
     pub(crate) fn svg(&self) -> String {
         let drawn: Result<String, std::convert::Infallible> =
             both(&self.alternative(), |format| Ok(self.drawn(format)));
         drawn.unwrap_or_else(|never| match never {})
-    }
-
-    /// For a file of its own.
-    #[cfg_attr(
-        not(feature = "people"),
-        expect(dead_code, reason = "only reports of answers draw it")
-    )]
-    pub(crate) fn single(&self) -> String {
-        let label = format!("role=\"img\" {}", labelled(&self.alternative()));
-        self.drawn(Format::WIDE).replacen("role=\"img\"", &label, 1)
     }
 
     fn alternative(&self) -> String {
@@ -259,7 +194,7 @@ impl Grid {
                 "\n<text x=\"{:.1}\" y=\"{:.1}\">{}</text>",
                 left,
                 at.1 + format.em(2.4),
-                escaped(&self.hatched_label)
+                escaped(&self.untested_label)
             );
         }
         svg
@@ -346,7 +281,7 @@ mod tests {
             outlined: false,
             dotted: false,
         };
-        let grid = Grid {
+        let matrix = Matrix {
             rows: vec!["<a>".into(), "b".into()],
             columns: vec!["<a>".into(), "b".into()],
             squares: vec![
@@ -356,9 +291,9 @@ mod tests {
             row_label: "presented".into(),
             column_label: "declared as".into(),
             scale_label: "association, %".into(),
-            hatched_label: "untested".into(),
+            untested_label: "untested".into(),
         };
-        let svg = grid.single();
+        let svg = Grid(&matrix).drawn(Format::WIDE);
         assert!(svg.contains(">0</text>") && svg.contains(">67</text>"));
         // One square and one in the legend.
         assert_eq!(svg.matches("class=\"untested\"").count(), 2);
@@ -375,16 +310,16 @@ mod tests {
             outlined: false,
             dotted: false,
         };
-        let grid = Grid {
+        let matrix = Matrix {
             rows: vec!["a".into()],
             columns: vec!["a".into(), "b".into(), "c".into()],
             squares: vec![vec![square(0), square(1), square(3)]],
             row_label: String::new(),
             column_label: String::new(),
             scale_label: "sets".into(),
-            hatched_label: "never".into(),
+            untested_label: "never".into(),
         };
-        let svg = grid.single();
+        let svg = Grid(&matrix).drawn(Format::WIDE);
         // The squares, and the ends of the scale; 1.5 sets are no mark.
         assert_eq!(svg.matches(">3</text>").count(), 2);
         assert_eq!(svg.matches(">1</text>").count(), 1);

@@ -1,18 +1,11 @@
 //! Renders documents: figures as SVG, pages as HTML. It computes nothing, touches no file and knows no command line.
 
 mod alternative;
-#[cfg(feature = "people")]
-pub mod association;
 mod axis;
-#[cfg(feature = "people")]
 mod bars;
 pub mod chart;
 mod colour;
 pub mod criteria;
-#[cfg(feature = "people")]
-pub mod design;
-#[cfg(feature = "people")]
-mod felt;
 pub mod figures;
 mod format;
 mod grid;
@@ -82,7 +75,8 @@ pub fn svg(figure: &Figure, height: u32) -> Result<String, DrawError> {
         Drawn::Chart(chart) => chart::svg(chart, height),
         Drawn::Panels(panels) => stacked::svg(panels, height),
         Drawn::Heatmap(map) => heatmap::svg(map),
-        Drawn::Matrix(matrix) => Ok(grid::Grid::from(matrix).svg()),
+        Drawn::Matrix(matrix) => Ok(grid::Grid(matrix).svg()),
+        Drawn::Bars(matrix) => Ok(bars::svg(matrix)),
         Drawn::Spectrograms(all) => spectrogram::svg(all),
         Drawn::Maps(all) => maps::svg(all),
     }
@@ -98,7 +92,9 @@ fn has_a_point(drawn: &Drawn) -> bool {
         Drawn::Chart(chart) => plotted(chart),
         Drawn::Panels(panels) => panels.charts.iter().any(plotted),
         Drawn::Heatmap(map) => map.values.iter().any(|value| value.is_finite()),
-        Drawn::Matrix(matrix) => matrix.percent.iter().flatten().any(Option::is_some),
+        Drawn::Matrix(matrix) | Drawn::Bars(matrix) => {
+            matrix.squares.iter().any(|row| !row.is_empty())
+        }
         Drawn::Spectrograms(all) => !all.panels.is_empty(),
         Drawn::Maps(all) => {
             let mut values = all.panels.iter().flat_map(|panel| &panel.values);

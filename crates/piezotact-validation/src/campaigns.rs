@@ -7,7 +7,7 @@ use piezotact_volunteers::VolunteerError;
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 
-use piezotact::figure::{Drawn, Figure, Matrix};
+use piezotact::figure::{Drawn, Figure, Matrix, Shade, Square};
 use piezotact::quantity::{Acceleration, Drive};
 use piezotact::statistics::{correlation, mean, paired_difference};
 use piezotact::transfer::TransferFunction;
@@ -182,13 +182,27 @@ fn drawn(number: &'static str, matrix: &AssociationMatrix, caption: &str) -> Cou
     let drawn = Matrix {
         rows: rows.iter().map(|row| row.stimulus.name.clone()).collect(),
         columns: columns.iter().map(|i| matrix.samples[*i].clone()).collect(),
-        percent: rows
+        squares: rows
             .iter()
-            .map(|row| columns.iter().map(|i| row.cells[*i].percent).collect())
+            .map(|row| {
+                let expected = outlined(row);
+                let cells = columns.iter().enumerate();
+                cells
+                    .map(|(place, i)| Square {
+                        outlined: expected == Some(place),
+                        ..Square::plain(
+                            row.cells[*i]
+                                .percent
+                                .map_or(Shade::Untested, Shade::Percent),
+                        )
+                    })
+                    .collect()
+            })
             .collect(),
-        outlined: rows.iter().map(outlined).collect(),
         row_label: "presented".into(),
         column_label: "declared as".into(),
+        scale_label: "association, %".into(),
+        untested_label: "untested".into(),
     };
     Counterpart {
         number,

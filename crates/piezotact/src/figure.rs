@@ -26,8 +26,10 @@ pub enum Drawn {
     Panels(Panels),
     /// Values on a grid as colours.
     Heatmap(Heatmap),
-    /// Percentages with the names of rows and columns.
+    /// Squares with the names of rows and columns.
     Matrix(Matrix),
+    /// The percentages of a matrix as bars on a plane; outlined squares have bars of another colour.
+    Bars(Matrix),
     /// Spectrograms with one scale of colours.
     Spectrograms(Spectrograms),
     /// Changes around 0 on maps with one scale of colours.
@@ -412,7 +414,7 @@ pub struct Heatmap {
     pub label: String,
 }
 
-/// Percentages with the names of rows and columns, such as an association matrix.
+/// Squares with the names of rows and columns, such as an association matrix.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Matrix {
@@ -420,14 +422,54 @@ pub struct Matrix {
     pub rows: Vec<String>,
     /// The names of the columns.
     pub columns: Vec<String>,
-    /// Row by row; absent where nothing was measured.
-    pub percent: Vec<Vec<Option<f64>>>,
-    /// For each row the column that is outlined, if any.
-    pub outlined: Vec<Option<usize>>,
+    /// Row by row.
+    pub squares: Vec<Vec<Square>>,
     /// What the rows are.
     pub row_label: String,
     /// What the columns are.
     pub column_label: String,
+    /// What the numbers are, with their unit.
+    pub scale_label: String,
+    /// What an untested square means.
+    pub untested_label: String,
+}
+
+/// One square of a matrix.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct Square {
+    pub shade: Shade,
+    /// Whether it is the expected one of its row.
+    pub outlined: bool,
+    /// Whether something about it is to be looked at.
+    pub dotted: bool,
+}
+
+impl Square {
+    /// A square without marks.
+    #[must_use]
+    pub fn plain(shade: Shade) -> Self {
+        Self {
+            shade,
+            outlined: false,
+            dotted: false,
+        }
+    }
+}
+
+/// What a square shows.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum Shade {
+    /// A percentage.
+    Percent(f64),
+    /// A count, of which the second is the largest: the darkest.
+    Count(usize, usize),
+    /// It was not tested.
+    Untested,
+    /// It cannot be.
+    Blank,
 }
 
 /// Spectrograms with one scale of colours, one of time and one of frequency.

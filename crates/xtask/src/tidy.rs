@@ -38,15 +38,10 @@ const ARROWS: [(&str, &[&str]); 16] = [
     ("piezotact-dataset", &["piezotact", "piezotact-haptic"]),
     ("piezotact-bench", &["piezotact", "piezotact-fourier"]),
     ("piezotact-audio", &["piezotact", "piezotact-bench"]),
-    ("piezotact-report", &["piezotact", "piezotact-people"]),
+    ("piezotact-report", &["piezotact"]),
     (
         "piezotact-surface",
-        &[
-            "piezotact",
-            "piezotact-fourier",
-            "piezotact-dataset",
-            "piezotact-report",
-        ],
+        &["piezotact", "piezotact-fourier", "piezotact-dataset"],
     ),
     (
         "piezotact-study",

@@ -17,8 +17,6 @@ use piezotact_people::association::{
     felt_part, felt_samples,
 };
 use piezotact_people::difference::Difference;
-use piezotact_report::association::{html, svg};
-use piezotact_report::report;
 use piezotact_study::AnswersFile;
 
 use super::score;
@@ -28,11 +26,9 @@ use crate::reading::read;
 pub(crate) use source::report_of;
 use source::{Judged, Source};
 
-use crate::advice::OptionWords;
 use crate::cli::{Feeling, Reading};
+use crate::deliver::{Outputs, deliver};
 use crate::failure::{Failure, Outcome, sentence, usage};
-use crate::invocation::write_report;
-use crate::output::{print, print_document, say_warnings, write_text};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
@@ -71,18 +67,8 @@ pub(crate) struct Arguments {
     feeling: Feeling,
     #[command(flatten)]
     reading: Reading,
-    /// Writes a tidy table, one row for each cell.
-    #[arg(long, value_name = "TABLE.csv")]
-    csv: Option<PathBuf>,
-    /// Writes the heat map of all answers.
-    #[arg(long, value_name = "OUT.svg")]
-    svg: Option<PathBuf>,
-    /// Writes a report.
-    #[arg(long, value_name = "REPORT.html")]
-    report: Option<PathBuf>,
-    /// Prints the result as JSON.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    outputs: Outputs,
 }
 
 /// A difference that is asked for.
@@ -123,33 +109,9 @@ enum MatrixBy {
 }
 
 pub(crate) fn run(args: &Arguments) -> Outcome {
-    let written: Vec<&Path> = [&args.csv, &args.svg, &args.report]
-        .into_iter()
-        .flatten()
-        .map(PathBuf::as_path)
-        .collect();
-    outputs(&[&args.answers], &written)?;
+    outputs(&[&args.answers], &args.outputs.files())?;
     let source = Source::open(&args.answers, &args.samples)?;
-    let found = associations(args, &source)?;
-    if let Some(path) = &args.csv {
-        write_text(path, &report::csv(&found.cells_table())?)?;
-    }
-    if let Some(path) = &args.svg {
-        write_text(path, &svg(&found)?)?;
-    }
-    if let Some(path) = &args.report {
-        let name = crate::report::name(&args.answers);
-        write_report(path, &html(&name, &found, &OptionWords)?)?;
-    }
-    if args.json {
-        return print_document(&found);
-    }
-    print(&text(&found)?)?;
-    for path in written {
-        print(&format!("wrote {}", path.display()))?;
-    }
-    say_warnings(&found.warnings);
-    Ok(())
+    deliver(&args.outputs, &associations(args, &source)?)
 }
 
 /// All that is asked for.
@@ -164,11 +126,15 @@ fn associations(args: &Arguments, source: &Source) -> Outcome<Association> {
     found = found.with_comparisons(compared);
     found.warnings.extend(warnings);
     // Only documents have a place for it.
-    let judged = match args.report.is_some() || args.json {
+    let judged = match args.outputs.report.is_some() || args.outputs.json {
         true => Judged::Compared,
         false => Judged::LeftOut,
     };
-    source.with_study(found, judged)
+    let found = source.with_study(found, judged)?;
+    Ok(Association {
+        name: crate::report::name(&args.answers),
+        ..found
+    })
 }
 
 /// The matrices. The orders of a study are made with them where no task is selected.
@@ -290,23 +256,4 @@ fn vibration(args: &Arguments, path: &Path) -> Outcome<Series<Acceleration>> {
     let recording = read(path, &args.reading)?.recording;
     felt_part(&recording)
         .map_err(|error| Failure::Data(Error::new(error).context(path.display().to_string())))
-}
-
-/// What was found, the matrix of all answers, and the orders.
-fn text(found: &Association) -> Outcome<String> {
-    let mut parts = vec![found.sentence()];
-    let groups = found.group_sentences();
-    if !groups.is_empty() {
-        parts.push(groups.join("\n"));
-    }
-    if let Some(table) = found.matrix_table() {
-        parts.push(report::text(&table)?);
-        parts.push("%: declared / presented; n/a: untested".to_owned());
-    }
-    if let Some(felt) = &found.felt {
-        parts.extend(felt.pairs.iter().map(|pair| pair.sentence()));
-    }
-    parts.extend(found.comparisons.iter().map(Compared::sentence));
-    parts.extend(found.orderings.iter().map(|ordering| ordering.sentence()));
-    Ok(parts.join("\n\n"))
 }

@@ -106,6 +106,9 @@ pub struct GroupMatrix {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Association {
+    /// Whose answers they are, for the report.
+    #[serde(skip)]
+    pub name: String,
     /// What was asked for.
     pub config: AssociationConfig,
     /// What the study asked; absent for a table of answers.
@@ -200,6 +203,7 @@ pub fn associate(
     let pairs = confused_pairs(table, &config.matrix);
     let participants = different(&|answer| &answer.participant).len();
     Ok(Association {
+        name: String::new(),
         asked: None,
         answers: selected.len(),
         virtual_answers: selected.iter().filter(|a| a.judge.is_some()).count(),

@@ -15,6 +15,7 @@ mod felt;
 mod matrix;
 mod of_session;
 mod order;
+mod page;
 mod session_page;
 mod tables;
 mod warning;

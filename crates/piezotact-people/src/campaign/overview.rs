@@ -1,5 +1,7 @@
 //! The design of a campaign as one value: what is asked of participants, what it can show, and its faults.
 
+mod page;
+
 use piezotact::criterion::{Criterion, Limit, Outcome};
 use piezotact::document::Content;
 use piezotact::number::counted;

@@ -1,21 +1,17 @@
 //! `piezotact campaign design`: what a design can show, its faults and better plans.
 
-use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::str::FromStr;
 
 use anyhow::Error;
 use clap::Args;
-use piezotact_people::campaign::design::{Change, PowerQuestion};
-use piezotact_people::campaign::overview::{CampaignDesign, campaign_design};
+use piezotact_people::campaign::design::PowerQuestion;
+use piezotact_people::campaign::overview::campaign_design;
 use piezotact_people::difference::Difference;
-use piezotact_report::design::html;
-use piezotact_report::report;
 
 use super::protocol_of;
+use crate::deliver::{Outputs, deliver};
 use crate::failure::{Failure, Outcome, usage};
-use crate::invocation::write_report;
-use crate::output::{print, print_document};
 use crate::places::outputs;
 use crate::progress::Work;
 
@@ -49,12 +45,8 @@ pub(super) struct Arguments {
         allow_negative_numbers = true
     )]
     spread: Option<f64>,
-    /// Writes a report.
-    #[arg(long, value_name = "REPORT.html")]
-    report: Option<PathBuf>,
-    /// Prints the result as JSON.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    outputs: Outputs,
 }
 
 /// Two shares, given in percent.
@@ -91,8 +83,7 @@ fn participants(text: &str) -> Result<u32, String> {
 }
 
 pub(super) fn run(args: &Arguments) -> Outcome {
-    let written: Vec<&Path> = args.report.iter().map(PathBuf::as_path).collect();
-    outputs(&[&args.protocol], &written)?;
+    outputs(&[&args.protocol], &args.outputs.files())?;
     let mut protocol = protocol_of(&args.protocol)?;
     if let Some(participants) = args.participants {
         protocol.panel.participants = participants;
@@ -111,68 +102,5 @@ pub(super) fn run(args: &Arguments) -> Outcome {
         design = design.with_power(&question).map_err(usage)?;
     }
     drop(work);
-    if let Some(path) = &args.report {
-        write_report(path, &html(&design)?)?;
-    }
-    if args.json {
-        return print_document(&design);
-    }
-    print(&text(&design)?)?;
-    for path in written {
-        print(&format!("wrote {}", path.display()))?;
-    }
-    Ok(())
-}
-
-/// What is asked and how long it takes, what chance reaches, which pairs are tested, the precision, and the faults.
-fn text(design: &CampaignDesign) -> Outcome<String> {
-    let mut parts = vec![
-        format!(
-            "{} ({}, from {})\n{}\n{}",
-            design.title,
-            design.protocol,
-            design.source,
-            design.asked_sentence(),
-            design.judged_sentence()
-        ),
-        report::text(&design.sessions_table())?,
-        design.time_sentence(),
-    ];
-    if !design.report.chance.is_empty() {
-        parts.push(format!(
-            "{}\n{}",
-            report::text(&design.chance_table())?,
-            design.chance_note()
-        ));
-    }
-    parts.extend(design.pairs_sentence());
-    if let (false, Some(table)) = (design.report.never.is_empty(), design.pairs_table()) {
-        parts.push(report::text(&table)?);
-    }
-    let precision = design.precision_sentences();
-    if !precision.is_empty() {
-        parts.push(precision.join("\n"));
-    }
-    if let Some(power) = &design.power {
-        parts.push(power.sentences().join("\n"));
-        parts.push(report::text(&power.table())?);
-    }
-    parts.push(faults(design));
-    Ok(parts.join("\n\n"))
-}
-
-/// Each fault with the better plan and its cost.
-fn faults(design: &CampaignDesign) -> String {
-    let mut text = design.sentence();
-    for (i, found) in design.report.faults.iter().enumerate() {
-        let _never_fails = write!(text, "\n{}. {}", i + 1, found.fault);
-        let _never_fails = match &found.better {
-            None => write!(text, "\n   No better plan is known."),
-            Some(better) => write!(text, "\n   Better: {better}"),
-        };
-        if let Some(Change::Sets { .. }) = found.better.as_ref().map(|better| &better.change) {
-            text += " --report and --json list the sets.";
-        }
-    }
-    text
+    deliver(&args.outputs, &design)
 }

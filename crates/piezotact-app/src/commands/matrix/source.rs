@@ -89,6 +89,7 @@ impl Source {
 /// The report of the study in `folder`: all answers, and the orders.
 #[cfg(feature = "web")]
 pub(crate) fn report_of(folder: &Path) -> Outcome<String> {
+    use piezotact::page::Shown as _;
     use piezotact_people::association::{AssociationConfig, associate};
 
     let source = Source::open(folder, &[])?;
@@ -103,10 +104,12 @@ pub(crate) fn report_of(folder: &Path) -> Outcome<String> {
     let mut found = associate(table, &asked).map_err(anyhow::Error::new)?;
     found.warnings.splice(0..0, warnings.iter().cloned());
     let found = source.with_study(found, Judged::LeftOut)?;
-    let name = crate::report::name(folder);
-    Ok(piezotact_report::association::html(
-        &name,
-        &found,
+    let found = Association {
+        name: crate::report::name(folder),
+        ..found
+    };
+    Ok(piezotact_report::report::html(
+        &found.page(),
         &crate::advice::OptionWords,
     )?)
 }
