@@ -74,7 +74,17 @@ impl Checkouts {
         );
         file(
             "crates/piezotact-app/src/main.rs",
-            "fn main() { println!(\"{} {} {}\", piezotact::HELP, env!(\"CARGO_MANIFEST_DIR\"), dependency::one()); }\n",
+            "fn main() {\n\
+             if std::env::args().nth(1).as_deref() == Some(\"manual\") {\n\
+             let to = std::path::PathBuf::from(std::env::args().nth(2).unwrap());\n\
+             for name in [\"completions/piezotact.bash\", \"completions/piezotact.fish\", \"completions/_piezotact\", \"man/piezotact.1\"] {\n\
+             std::fs::create_dir_all(to.join(name).parent().unwrap()).unwrap();\n\
+             std::fs::write(to.join(name), name).unwrap();\n\
+             }\n\
+             return;\n\
+             }\n\
+             println!(\"{} {} {}\", piezotact::HELP, env!(\"CARGO_MANIFEST_DIR\"), dependency::one());\n\
+             }\n",
         );
         std::fs::copy(SCRIPT, self.path(&format!("{name}/x"))).unwrap();
     }
@@ -205,6 +215,56 @@ fn soak_runs_the_ignored_tests_of_its_names() {
     for part in ["kill  passed", "numbers  failed", "house  failed"] {
         assert!(list.contains(part), "{part}: {list}");
     }
+}
+
+/// `./x install` puts program, completions and man pages below a folder, says where, and replaces what it installed before.
+#[test]
+fn install_puts_the_program_where_shells_and_man_look() {
+    let checkouts = Checkouts::new();
+    checkouts.checkout("one", "first");
+    let install = |arguments: &[&str]| {
+        let output = checkouts.begin("one", arguments, None);
+        let output = output.wait_with_output().unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        (output.status.success(), said)
+    };
+    for _ in 0..2 {
+        let (done, said) = install(&["install", "--prefix", "place"]);
+        assert!(done, "{said}");
+        // A folder that is given relative to the caller, who is in the checkout here.
+        let place = checkouts.path("one/place");
+        let program = Command::new(place.join("bin/piezotact")).output().unwrap();
+        assert!(
+            String::from_utf8(program.stdout)
+                .unwrap()
+                .starts_with("first ")
+        );
+        for (name, of) in [
+            (
+                "bash-completion/completions/piezotact",
+                "completions/piezotact.bash",
+            ),
+            (
+                "fish/vendor_completions.d/piezotact.fish",
+                "completions/piezotact.fish",
+            ),
+            ("zsh/site-functions/_piezotact", "completions/_piezotact"),
+            ("man/man1/piezotact.1", "man/piezotact.1"),
+        ] {
+            let found = std::fs::read_to_string(place.join("share").join(name)).unwrap();
+            assert_eq!(found, of);
+        }
+        assert!(
+            said.contains("/one/place/bin/piezotact, completions"),
+            "{said}"
+        );
+        assert!(said.contains("/one/place/bin is not on the path"), "{said}");
+    }
+    let (done, said) = install(&["install", "place"]);
+    assert!(
+        !done && said.contains("expected nothing or --prefix DIR, found place"),
+        "{said}"
+    );
 }
 
 /// The script on a system without Rust, which has the commands `has`, each a script of its own; HOME is empty.

@@ -57,11 +57,11 @@ mod tests {
         assert!(said.contains("(drv2667, fixed)"), "{said}");
     }
 
-    /// The example in the README is a description, and the fixed amplifier that comes with the program.
+    /// The example in the guide is a description, and the fixed amplifier that comes with the program.
     #[test]
-    fn the_example_of_the_readme_is_read() {
-        let readme = include_str!("../../../README.md");
-        let example = readme
+    fn the_example_of_the_guide_is_read() {
+        let guide = include_str!("../../../docs/guide/files.md");
+        let example = guide
             .split("```toml")
             .skip(1)
             .filter_map(|rest| rest.split("```").next())

@@ -279,11 +279,11 @@ fn a_unit_with_an_impossible_value_is_refused() {
     }
 }
 
-/// The sidecar that the README shows is read whole.
+/// The sidecar that the guide shows is read whole.
 #[test]
-fn the_sidecar_of_the_readme_is_read() {
-    let readme = include_str!("../../../README.md");
-    let mut examples = readme
+fn the_sidecar_of_the_guide_is_read() {
+    let guide = include_str!("../../../docs/guide/files.md");
+    let mut examples = guide
         .split("```json")
         .skip(1)
         .filter_map(|rest| rest.split("```").next());
