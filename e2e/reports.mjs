@@ -48,6 +48,22 @@ const touches = () => [
 /// `files(folder)`: what was recorded into it.
 const files = (folder) => touches().map((row) => row.at(-1)).filter((name) => name.startsWith(`${folder}/`));
 
+/// EEG of two participants in two tasks, with the reports about one of them and about both.
+const brains = () => {
+  const sittings = [1, 2].flatMap((who) => ["natural", "control"].map((task) => [who, task]));
+  const pilot = ["eeg/P1_natural.vhdr", "--participant", "P1", "--task", "natural", "--event", "natural", "--eog", "VEOG,HEOG", "--reject-above", "150"];
+  return [
+    ...sittings.map(([who, task]) =>
+      ["twin", "record", "--bench", "eeg", "--task", task, "--participant", `${who}`, "--seed", "7", "--trials", "10", "--out", `eeg/P${who}_${task}.vhdr`]),
+    ...sittings.map(([who, task]) =>
+      ["eeg", "erd", `eeg/P${who}_${task}.vhdr`, "--participant", `P${who}`, "--task", task, "--event", task, "--channels", "C5,C3,C1,CP3,CP1", "--region", "hand=C3,CP3", "--out", `eeg/P${who}_${task}.json`]),
+    ["eeg", "info", "eeg/P1_natural.vhdr", "--report", "eeg-info.html"],
+    ["eeg", "epochs", ...pilot, "--report", "eeg-epochs.html"],
+    ["eeg", "erd", ...pilot, "--out", "eeg/all.json", "--report", "eeg-erd.html"],
+    ["eeg", "stats", ...sittings.map(([who, task]) => `eeg/P${who}_${task}.json`), "--unit", "db", "--report", "eeg-stats.html"],
+  ];
+};
+
 /// The reports in rows of what can run after one another; rows run side by side. `piezotact export` has none.
 const rows = (twin) => [
   [
@@ -77,6 +93,7 @@ const rows = (twin) => [
     ["panel", "analyse", "panel", "--report", "panel.html"],
     ["roughness", "M8.sur", "--report", "roughness-map.html"],
     ["roughness", "profile.csv", "--report", "roughness-profile.html"],
+    ["roughness", "M8.sur", "profile.csv", "--report", "roughness-set.html"],
     ["segment", "active/S2.parquet", "directions/S3_transversal.parquet", "--report", "segment.html"],
     ["analyse", ...files("passive"), "--report", "analyse.html"],
     ["analyse", "active/S8.parquet", "--report", "analyse-one.html"],
@@ -93,13 +110,14 @@ const rows = (twin) => [
     ["matrix", "answers.csv", "--felt", "passive", "--report", "matrix-felt.html"],
     ["campaign", "design", "isotropic_triplets", "--report", "design.html"],
     ["campaign", "design", "touch_control_imagery", "--report", "design-comparison.html"],
+    ...brains(),
   ],
 ];
 
 /// Makes all reports in `folder` with `program`, and with the program of validation beside it; what a command printed is in the error where it fails.
 export async function makeReports(program, folder, accepted = [0, 3, 4, 5]) {
   const twin = (who) => `twin:participant=${who},seed=7`;
-  for (const name of ["passive", "active", "speeds", "people", "loads", "directions", "session"]) {
+  for (const name of ["passive", "active", "speeds", "people", "loads", "directions", "session", "eeg"]) {
     mkdirSync(join(folder, name), { recursive: true });
   }
   for (const [name, text] of [["rest.csv", rest()], ["hits.csv", hits()], ["profile.csv", profile()], ["answers.csv", answers()], ["sound.toml", sound]]) {
