@@ -1,6 +1,7 @@
 //! `xtask tidy`: the project's invariants that a program can check. Each finding says what to do.
 
 mod commands;
+mod decisions;
 mod docs;
 mod layers;
 mod options;
@@ -9,7 +10,7 @@ mod reads;
 mod warning_reads;
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::{Context, Result};
 use cargo_metadata::{DependencyKind, Metadata, MetadataCommand, Package};
@@ -204,7 +205,7 @@ fn findings() -> Result<BTreeSet<String>> {
     reads::check(&root, &mut findings)?;
     check_warnings(&root, &mut findings)?;
     programs::check(&root, &metadata, &mut findings)?;
-    decisions(&root, &mut findings)?;
+    decisions::check(&root, &mut findings)?;
     Ok(findings.0)
 }
 
@@ -562,39 +563,6 @@ fn files(root: &Path, findings: &mut Findings) -> Result<()> {
                     "{place}:{}: {mark}: do it, or open an issue",
                     line + 1
                 ));
-            }
-        }
-    }
-    Ok(())
-}
-
-/// Decisions are numbered without gaps, and each says context, decision and consequences.
-fn decisions(root: &Path, findings: &mut Findings) -> Result<()> {
-    let mut names: Vec<PathBuf> = std::fs::read_dir(root.join("docs/decisions"))?
-        .map(|entry| Ok(entry?.path()))
-        .collect::<Result<_>>()?;
-    // Chapters take the place of numbered files; both stand until all have moved.
-    names.retain(|path| {
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        name.starts_with(|first: char| first.is_ascii_digit())
-    });
-    names.sort();
-    for (number, path) in names.iter().enumerate() {
-        let name = path
-            .file_name()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .into_owned();
-        if !name.starts_with(&format!("{:04}-", number + 1)) {
-            findings.add(format!(
-                "docs/decisions/{name}: expected number {:04}",
-                number + 1
-            ));
-        }
-        let text = std::fs::read_to_string(path)?;
-        for part in ["## Context", "## Decision", "## Consequences"] {
-            if !text.contains(part) {
-                findings.add(format!("docs/decisions/{name} lacks `{part}`"));
             }
         }
     }
