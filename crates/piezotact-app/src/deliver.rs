@@ -15,7 +15,7 @@ use crate::output::{print, print_document, say, write_text};
 
 /// Where a result goes. The options of a report's figures and tables are added to every command with `--report`
 /// ([`crate::parts`]).
-#[derive(Clone, Debug, Args)]
+#[derive(Clone, Debug, Default, Args)]
 pub(crate) struct Outputs {
     /// Writes a report: the conclusion, the numbers, tables, figures, and how it was made.
     #[arg(long, value_name = "REPORT.html")]

@@ -122,9 +122,9 @@ fn a_panel_of_two_decides_nothing() {
     .expect_success();
     let said = run(&folder, "panel analyse panel").out();
     for part in [
-        "condition of the largest difference between participants not decided",
+        "At which load and angle participants differ most is not decided",
         "whether it changes with load cannot be decided from 2 participants",
-        "? not decided: error for a new participant",
+        "N is not decided: the error for a new participant is",
         "2 of 2 participants are within the limit (too few participants for an interval)",
     ] {
         assert!(said.contains(part), "{part}: {said}");

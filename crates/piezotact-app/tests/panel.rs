@@ -132,8 +132,9 @@ fn a_campaign_runs_goes_on_and_is_analysed() {
     assert!(db(&said["repeatability"]["components"][0]["persons_share"]) > 0.8);
     let report = std::fs::read_to_string(folder.path("panel.html")).unwrap();
     for part in [
-        "Whether the average is sufficient is not decided.",
-        "At which load and angle participants differ most is not decided; the largest measured deviation is at 20°, 0.2 N.",
+        "Whether the average is sufficient at 20°, 0.2 N is not decided: ",
+        "participants with an error within 3 dB rms",
+        "At which load and angle participants differ most is not decided; the largest measured deviation is at 20°, 0.2 N: ",
         "1000 random halves of these 4 participants",
         "Maximum deviation by load and angle",
         "Number of participants needed",
@@ -150,8 +151,9 @@ fn a_campaign_runs_goes_on_and_is_analysed() {
     assert_eq!(table.lines().count(), 1 + 2 * 6);
     let words = run(&folder, "panel analyse panel").out();
     assert!(
-        words
-            .contains("condition of the largest difference between participants not decided; in this panel at 20°, 0.2 N"),
+        words.contains(
+            "It would be decided by at least 6 participants measured at every load and angle"
+        ),
         "{words}"
     );
 

@@ -17,7 +17,6 @@ pub mod manipulate;
 mod maps;
 pub mod origin;
 mod page;
-pub mod panel;
 pub mod parts;
 pub mod rendering;
 pub mod report;

@@ -11,6 +11,7 @@ use piezotact_bench::Excitation;
 use piezotact_dataset::transfer_formats;
 
 use crate::benches::{self, BenchSpec};
+use crate::deliver::Outputs;
 
 use super::Gate;
 
@@ -207,15 +208,8 @@ pub(crate) struct Analyse {
     /// (sufficient number of participants).
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
-    /// Writes a report.
-    #[arg(long, value_name = "REPORT.html")]
-    pub(crate) report: Option<PathBuf>,
-    /// Writes a tidy table, one row for each load, angle and band.
-    #[arg(long, value_name = "TABLE.csv")]
-    pub(crate) csv: Option<PathBuf>,
-    /// Prints the result as JSON.
-    #[arg(long)]
-    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) outputs: Outputs,
 }
 
 #[derive(Debug, Args)]
@@ -238,9 +232,8 @@ pub(crate) struct Average {
     /// The transfer function to write: JSON (.json), a universal file (.uff, .unv) or MATLAB (.mat).
     #[arg(long)]
     pub(crate) out: PathBuf,
-    /// Prints a summary as JSON.
-    #[arg(long)]
-    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) outputs: Outputs,
 }
 
 #[cfg(test)]

@@ -3,6 +3,8 @@
 use std::path::Path;
 
 use piezotact::document::Content;
+use piezotact::number::counted;
+use piezotact::page::{Block, Number, Page, Shown};
 use piezotact::panel::Filing;
 use serde::Serialize;
 
@@ -22,6 +24,16 @@ pub struct PanelAddDocument<'a> {
 
 impl Content for PanelAddDocument<'_> {
     const SCHEMA: &'static str = "panel_add";
+}
+
+impl Shown for PanelAddDocument<'_> {
+    fn page(&self) -> Page {
+        let added = self.filed.iter();
+        let added = added.map(|filing| Block::conclusion(format!("Added as {filing}."), None));
+        let number = Number::new(self.measurements.to_string(), "measurements in the panel");
+        let blocks = added.chain([Block::numbers([number])]);
+        Page::new("Panel", self.folder.display().to_string()).section("", blocks)
+    }
 }
 
 /// How many measurements there were before and are new.
@@ -49,4 +61,17 @@ pub struct PanelRun<'a> {
 impl Content for PanelRun<'_> {
     const SCHEMA: &'static str = "panel_run";
     const VERSION: u32 = 2;
+}
+
+impl Shown for PanelRun<'_> {
+    fn page(&self) -> Page {
+        let text = format!(
+            "{} made, {} in all of {}.",
+            counted(self.counts.measured, "measurement"),
+            self.measurements,
+            counted(self.index.participants.len(), "participant")
+        );
+        let bench = self.index.bench.clone().unwrap_or_default();
+        Page::new("Panel", bench).section("", [Block::conclusion(text, None)])
+    }
 }

@@ -9,7 +9,7 @@ use super::together::Sign;
 use super::{Cell, Panel, PanelError};
 use crate::criterion::{Criterion as Rule, Limit, Outcome};
 use crate::document::Content;
-use crate::quantity::{Band, Quantity};
+use crate::quantity::{Band, Quantity, Unit};
 use crate::statistics::{mean, rms, t_quantile};
 use crate::transfer::{BundleAverage, TransferFunction, average, leave_one_out, level_db};
 use crate::warning::{Example, Few, FewWarning, Warning};
@@ -108,6 +108,14 @@ pub struct CellPenalties {
     pub worst: ParticipantPenalty,
     /// Whether the average is acceptable for a new person.
     pub verdict: Verdict,
+}
+
+impl CellPenalties {
+    /// The criterion on `what`.
+    #[must_use]
+    pub fn criterion(&self, what: AverageCriterion) -> Option<&Rule<AverageCriterion>> {
+        self.verdict.criteria.iter().find(|rule| rule.what == what)
+    }
 }
 
 /// The difference between the complex mean and the mean of log magnitudes, and its causes: differences in level between people
@@ -469,6 +477,15 @@ pub struct PanelAverage<I: Quantity, O: Quantity> {
     /// What it holds for, in its condition, and what limits it.
     #[serde(flatten)]
     pub function: TransferFunction<I, O>,
+    /// The load and angle.
+    #[serde(skip)]
+    pub cell: Cell,
+    /// What it costs a new person; absent where only one person was measured.
+    #[serde(skip)]
+    pub costs: Option<CellPenalties>,
+    /// The units of the drive and of the response.
+    #[serde(skip)]
+    pub units: [Unit; 2],
 }
 
 impl<I: Quantity, O: Quantity> Content for PanelAverage<I, O> {
@@ -531,7 +548,7 @@ pub fn average_of_panel<I: Quantity, O: Quantity>(
     averaged.about.warnings.extend(of_members(
         measured.map(|e| (e.filing.to_string(), e.function.about.warnings.as_slice())),
     ));
-    if functions.len() > 1 {
+    let costs = if functions.len() > 1 {
         let costs = costs(
             &functions,
             &people,
@@ -548,9 +565,10 @@ pub fn average_of_panel<I: Quantity, O: Quantity>(
                 participants: people.len(),
                 penalty_db_rms: costs.mean_db_rms,
                 interval_db_rms: costs.interval_db_rms,
-                worst: costs.worst.participant,
+                worst: costs.worst.participant.clone(),
                 worst_db_rms: costs.worst.db_rms,
             }));
+        Some(costs)
     } else {
         averaged.about.warnings.push(Warning::from(FewWarning::Few {
             found: 1,
@@ -559,11 +577,15 @@ pub fn average_of_panel<I: Quantity, O: Quantity>(
                 result: "the average over participants".into(),
             },
         }));
-    }
+        None
+    };
     Ok(PanelAverage {
         participants: people.into_iter().map(str::to_owned).collect(),
         average: averaging,
         function: averaged,
+        cell,
+        costs,
+        units: [I::UNIT, O::UNIT],
     })
 }
 

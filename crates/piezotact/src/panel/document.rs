@@ -2,10 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Cell, Cleaning, Filing, PanelAnalysis};
+use super::{Cell, Cleaning, Filing, Panel, PanelAnalysis, PanelCurves, PanelError, panel_curves};
 use crate::document::Content;
 use crate::page::{self, Column, Table};
-use crate::quantity::Unit;
+use crate::quantity::{Uncalibrated, Unit};
 use crate::run::Attempt;
 
 /// The kind of system that a panel's transfer functions describe.
@@ -49,6 +49,19 @@ pub struct FiledMeasurement {
     pub attempts: Vec<Attempt>,
 }
 
+/// What is known of the measurements of a panel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PanelOrigin<'a> {
+    /// What its transfer functions are of; absent where nothing says it.
+    pub kind: Option<PanelKind>,
+    /// The measurements that were judged when they were made.
+    pub accepted: Vec<&'a FiledMeasurement>,
+    /// Which bench measured it; absent where nothing says it.
+    pub bench: Option<&'a str>,
+    /// The units of the drive and of the response.
+    pub units: [&'a Unit; 2],
+}
+
 /// What a panel says, with what is known of its measurements: what a report shows and what is handed out as JSON.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
@@ -67,6 +80,18 @@ pub struct AnalysedPanel<'a> {
     /// What a control measurement took out; absent without one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub artefact: Option<&'a Cleaning>,
+    /// The transfer functions that were analysed.
+    #[serde(skip)]
+    pub panel: &'a Panel<Uncalibrated, Uncalibrated>,
+    /// The curves of its figures.
+    #[serde(skip)]
+    pub curves: PanelCurves,
+    /// Which bench measured it; absent where nothing says it.
+    #[serde(skip)]
+    pub bench: Option<&'a str>,
+    /// The units of the drive and of the response.
+    #[serde(skip)]
+    pub units: [&'a Unit; 2],
 }
 
 impl Content for AnalysedPanel<'_> {
@@ -74,26 +99,32 @@ impl Content for AnalysedPanel<'_> {
 }
 
 impl<'a> AnalysedPanel<'a> {
-    /// What `analysis` says of a panel of the `kind`, of which the measurements `accepted` were judged when they were made.
+    /// What `analysis` says of the `panel` that comes from `origin`.
     ///
     /// Source: docs/decisions/documents.md.
-    #[must_use]
+    ///
+    /// # Errors
+    /// Those of [`panel_curves`].
     pub fn of(
         analysis: &'a PanelAnalysis,
-        kind: Option<PanelKind>,
-        accepted: Vec<&'a FiledMeasurement>,
+        panel: &'a Panel<Uncalibrated, Uncalibrated>,
+        origin: PanelOrigin<'a>,
         artefact: Option<&'a Cleaning>,
-    ) -> Self {
+    ) -> Result<Self, PanelError> {
         let judged = analysis.judged();
         let costs = judged.and_then(|cell| analysis.penalties_at(cell));
-        Self {
+        Ok(Self {
             analysis,
-            kind,
-            accepted,
+            kind: origin.kind,
+            accepted: origin.accepted,
             judged,
             will_the_average_do: costs.map(|costs| costs.verdict.outcome.answer()),
             artefact,
-        }
+            panel,
+            curves: panel_curves(panel, analysis, artefact)?,
+            bench: origin.bench,
+            units: origin.units,
+        })
     }
 }
 

@@ -13,6 +13,10 @@ mod document;
 mod learning;
 mod levels;
 mod membership;
+mod page;
+mod page_figures;
+mod page_members;
+mod page_tables;
 mod placement;
 mod random;
 mod repeat;
@@ -32,12 +36,14 @@ pub use control::{Artefact, ArtefactConfig, Dip, Removed, artefact_of};
 pub use curves::{
     CleaningCurves, Curve, OwnCurve, PanelCurves, RepeatCurve, RepeatCurves, panel_curves,
 };
-pub use document::{AnalysedPanel, FiledMeasurement, PanelKind};
+pub use document::{AnalysedPanel, FiledMeasurement, PanelKind, PanelOrigin};
 pub use learning::{LearningCriterion, LearningCurve, LearningPoint};
 pub use membership::{Completeness, Member, MemberCriterion, ParticipantCriterion};
 pub use placement::{PlacementSpread, SpreadKind, placement_spread};
 pub use repeat::{Components, PairDistances, Repeatability, repeatability};
-pub use spread::{BandSpread, CellSpread, FallsWithLoad, ParticipantDistance, WorstCase};
+pub use spread::{
+    BandSpread, CellSpread, FallsWithLoad, ParticipantDistance, WorstCase, WorstCriterion,
+};
 pub use trend::{AngleEffect, LoadStep, ParticipantShape, ParticipantStep};
 pub use warning::{MissingMeasurements, PanelWarning};
 

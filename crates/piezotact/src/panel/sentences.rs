@@ -1,28 +1,62 @@
 //! What a panel says, in sentences.
 
-use super::{AverageCriterion, CellPenalties, FallsWithLoad, LearningCurve};
-use crate::criterion::{Criterion, Outcome as Judged};
+use super::{
+    AverageCriterion, Cell, CellPenalties, FallsWithLoad, LearningCurve, WorstCase, WorstCriterion,
+};
+use crate::criterion::Outcome as Judged;
 use crate::number::{p_text, signed};
 use crate::statistics::Direction;
 
 /// A share, 0–1, as a percentage.
-fn percent(share: f64) -> String {
+pub(super) fn percent(share: f64) -> String {
     format!("{:.0}\u{a0}%", share * 100.0)
 }
 
 impl CellPenalties {
-    /// The share of people within the criterion, with its interval and how many would decide.
+    /// Whether the average is sufficient at `cell` for a new person; where that is not decided, what leaves it open and what would
+    /// decide it.
     ///
     /// Source: docs/decisions/documents.md.
     #[must_use]
-    pub fn share_text(&self) -> String {
-        let verdict = &self.verdict;
+    pub fn conclusion(&self, cell: Cell) -> String {
+        let answer = match self.verdict.outcome {
+            Judged::NotDecided => {
+                let open = self.open_text();
+                return format!(
+                    "Whether the average is sufficient at {cell} is not decided: {open}."
+                );
+            }
+            Judged::Met => "is",
+            Judged::NotMet => "is not",
+        };
+        let criterion = self.verdict.criterion;
+        format!(
+            "The average {answer} sufficient at {cell}: error for a new participant {}, criterion {} dB for the whole interval and \
+             for {} of participants; {}.",
+            self.error_text(),
+            criterion.db_rms,
+            percent(criterion.least_share),
+            self.share_text()
+        )
+    }
+
+    /// The error for a new person with its interval.
+    ///
+    /// Source: docs/decisions/documents.md.
+    #[must_use]
+    pub fn error_text(&self) -> String {
+        let interval = self.interval_db_rms.map_or(
+            "too few participants for an interval".into(),
+            |[low, high]| format!("95 %: {} to {} dB", signed(low, 1), signed(high, 1)),
+        );
+        format!("{:.1} dB rms ({interval})", self.mean_db_rms)
+    }
+
+    /// The share of people within the criterion, with its interval.
+    fn share_text(&self) -> String {
         let n = self.people.len();
-        let within = (verdict.share_within * n as f64).round();
-        let rule = verdict
-            .criteria
-            .iter()
-            .find(|c| c.what == AverageCriterion::ShareWithin);
+        let within = (self.verdict.share_within * n as f64).round();
+        let rule = self.criterion(AverageCriterion::ShareWithin);
         let interval = match rule.and_then(|rule| rule.interval) {
             Some([low, high]) => format!(
                 "95 %: {} to {} of the population",
@@ -34,27 +68,91 @@ impl CellPenalties {
         format!("{within:.0} of {n} participants are within the limit ({interval})")
     }
 
-    /// How many people would decide, where it is not decided.
+    /// What leaves the verdict open, and what would decide it.
+    fn open_text(&self) -> String {
+        let criterion = self.verdict.criterion;
+        let open = self.verdict.criteria.iter();
+        let open: Vec<AverageCriterion> = open
+            .filter(|rule| rule.outcome == Judged::NotDecided)
+            .map(|rule| rule.what)
+            .collect();
+        let reasons = open.iter().map(|what| match what {
+            AverageCriterion::MeanPenalty => format!(
+                "the error for a new participant is {}, and the whole interval must lie within {} dB",
+                self.error_text(),
+                criterion.db_rms
+            ),
+            AverageCriterion::ShareWithin => format!(
+                "{}, and at least {} of the population is required",
+                self.share_text(),
+                percent(criterion.least_share)
+            ),
+            AverageCriterion::Excited => "not every participant was measured with a drive over the whole band".into(),
+        });
+        let reasons: Vec<String> = reasons.collect();
+        let decides = match self.verdict.people_needed {
+            _ if open.contains(&AverageCriterion::Excited) => {
+                "Measure them again with a drive over the whole band".into()
+            }
+            Some(needed) => format!(
+                "With the same scatter as these {} participants, {needed} participants would decide it",
+                self.people.len()
+            ),
+            None => "With the same scatter, even 300 participants would not decide it: the values are too close to the criterion".into(),
+        };
+        format!("{}. {decides}", reasons.join("; "))
+    }
+}
+
+impl WorstCase {
+    /// Where people lie furthest apart; where that is not decided, what leaves it open and what would decide it.
     ///
     /// Source: docs/decisions/documents.md.
     #[must_use]
-    pub fn needed_text(&self) -> Option<String> {
-        let verdict = &self.verdict;
-        let excited = |c: &&Criterion<AverageCriterion>| c.what == AverageCriterion::Excited;
-        let excited = verdict.criteria.iter().find(excited).map(|c| c.outcome);
-        match (verdict.outcome, verdict.people_needed) {
-        (Judged::NotDecided, _) if excited != Some(Judged::Met) => {
-            Some("Not every participant was measured with a drive over the whole band.".into())
+    pub fn conclusion(&self) -> String {
+        let cell = self.cell;
+        let found = format!("{:.1} dB at {:.0} Hz", self.max_deviation_db, self.at_hz);
+        let Some((next, next_db)) = self.ranking.get(1) else {
+            return format!(
+                "The largest difference between participants is {found}, at {cell}, the only load and angle."
+            );
+        };
+        let agreement = self.share.map(|share| {
+            format!(
+                "It has the largest deviation in {} of {} random halves of these {} participants",
+                percent(share),
+                self.resamples,
+                self.people
+            )
+        });
+        let measured = format!("{found}; next is {next} with {next_db:.1} dB");
+        if self.outcome() == Judged::Met {
+            let agreement = agreement.unwrap_or_default();
+            return format!("Participants differ most at {cell}: {measured}. {agreement}.");
         }
-        (Judged::NotDecided, Some(needed)) => Some(format!(
-            "With the same scatter as these {} participants, {needed} participants would decide it.",
-            self.people.len()
-        )),
-        (Judged::NotDecided, None) => Some(
-            "With the same scatter, even 300 participants would not decide it: the values are too close to the criterion.".into(),
-        ),
-        _ => None,
-    }
+        let open = self.criteria().into_iter();
+        let open = open.filter(|rule| rule.outcome != Judged::Met);
+        let deciding: Vec<String> = open
+            .map(|rule| {
+                let least = rule.limit.value();
+                match rule.what {
+                    WorstCriterion::People => {
+                        format!("at least {least} participants measured at every load and angle")
+                    }
+                    WorstCriterion::Agreement => {
+                        format!("agreement of at least {} of the halves", percent(least))
+                    }
+                }
+            })
+            .collect();
+        let agreement = agreement.unwrap_or_else(|| {
+            format!("{} participants are too few for random halves", self.people)
+        });
+        format!(
+            "At which load and angle participants differ most is not decided; the largest measured deviation is at {cell}: {measured}. \
+             {agreement}. It would be decided by {}.",
+            deciding.join(" and ")
+        )
     }
 }
 

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::levels::{Levels, robust_score, steps};
 use super::random::Draws;
 use super::{Cell, PanelError};
-use crate::criterion::Outcome;
+use crate::criterion::{Criterion, Limit, Outcome};
 use crate::quantity::{Band, Degrees, Newtons, Quantity};
 use crate::statistics::{Direction, mean, rms};
 use crate::transfer::{BundleAverage, Ensemble, TransferFunction, bundle, leave_one_out};
@@ -102,17 +102,48 @@ pub struct WorstCase {
     pub resamples: usize,
 }
 
+/// The criteria by which one cell is the worst.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WorstCriterion {
+    /// How many people were measured in all cells.
+    People,
+    /// The share of resamples in which this cell stays the worst.
+    Agreement,
+}
+
 impl WorstCase {
-    /// Whether this cell is the worst: met when 95 % of the resamples of six or more people agree, or when it is the only cell.
+    /// The criteria by which this cell is the worst: six or more people, and the same cell in 95 % of the resamples; none where it is
+    /// the only cell. What does not meet them is not decided.
+    #[must_use]
+    pub fn criteria(&self) -> Vec<Criterion<WorstCriterion>> {
+        if self.ranking.len() < 2 {
+            return Vec::new();
+        }
+        let from = |met: f64| Limit::AtLeast { met, not_met: 0.0 };
+        let (enough, agreed) = (
+            from(ENOUGH_FOR_EXCHANGE as f64),
+            from(MIN_RESAMPLE_AGREEMENT),
+        );
+        let agreement = WorstCriterion::Agreement;
+        vec![
+            Criterion::new(
+                WorstCriterion::People,
+                "people",
+                self.people as f64,
+                None,
+                enough,
+            ),
+            match self.share {
+                Some(share) => Criterion::new(agreement, "", share, None, agreed),
+                None => Criterion::unmeasured(agreement, "", agreed),
+            },
+        ]
+    }
+
+    /// Whether this cell is the worst, by its criteria.
     #[must_use]
     pub fn outcome(&self) -> Outcome {
-        let agreed = self
-            .share
-            .is_some_and(|share| share >= MIN_RESAMPLE_AGREEMENT);
-        match agreed && self.people >= ENOUGH_FOR_EXCHANGE || self.ranking.len() < 2 {
-            true => Outcome::Met,
-            false => Outcome::NotDecided,
-        }
+        Outcome::of_all(self.criteria().iter().map(|rule| rule.outcome))
     }
 }
 

@@ -40,6 +40,17 @@ pub enum BundleAverage {
     LogMagnitude,
 }
 
+impl BundleAverage {
+    /// Which average, in words.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Complex => "complex mean",
+            Self::LogMagnitude => "mean of log magnitudes",
+        }
+    }
+}
+
 /// The penalty of rendering with the average of the others for one person: the average compared with the person's own function.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]

@@ -10,8 +10,9 @@ use piezotact_dataset::{PanelFolder, TransferDocument, function_of_any_unit, rea
 
 use super::open_or_begin;
 use crate::cli::panel::Add;
+use crate::deliver::{Outputs, deliver};
 use crate::failure::{Failure, Outcome, usage};
-use crate::output::{print, print_document, say};
+use crate::output::say;
 
 pub(crate) fn run(args: &Add) -> Outcome {
     require_finite(args)?;
@@ -32,17 +33,18 @@ pub(crate) fn run(args: &Add) -> Outcome {
     for (filing, document) in &filed {
         folder.file(filing, document)?;
     }
-    if args.json {
-        return print_document(&PanelAddDocument {
-            folder: &args.folder,
-            filed: filed.iter().map(|(filing, _)| filing).collect(),
-            measurements: folder.index.entries.len(),
-        });
-    }
-    for (filing, _) in &filed {
-        print(&format!("added as {filing}"))?;
-    }
-    Ok(())
+    let added = PanelAddDocument {
+        folder: &args.folder,
+        filed: filed.iter().map(|(filing, _)| filing).collect(),
+        measurements: folder.index.entries.len(),
+    };
+    deliver(
+        &Outputs {
+            json: args.json,
+            ..Outputs::default()
+        },
+        &added,
+    )
 }
 
 /// The transfer functions among `documents` that the panel has not yet, added to its `entries`.

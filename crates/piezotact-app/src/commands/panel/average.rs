@@ -3,14 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, anyhow};
+use piezotact::document::Kept;
 use piezotact::panel::{Cell, average_of_panel};
 use piezotact_dataset::{
     PANEL_INDEX, PanelFolder, TransferDocument, TransferFormat, panel_of, write_transfer,
 };
 
 use crate::cli::panel::Average;
+use crate::deliver::deliver_and;
 use crate::failure::{Outcome, usage};
-use crate::output::{counted, print, print_kept, say_warnings};
 use crate::places::outputs;
 
 pub(crate) fn run(args: &Average) -> Outcome {
@@ -22,20 +23,17 @@ pub(crate) fn run(args: &Average) -> Outcome {
     let cell = chosen(args, panel.cells())?;
     let mut averaged =
         average_of_panel(&panel, cell, args.average.averaging(), args.band).with_context(named)?;
-    let function = &averaged.function;
-    let stored = TransferDocument::of(function, contents.drive_unit, contents.response_unit);
+    averaged.units = [contents.drive_unit, contents.response_unit];
+    let [drive_unit, response_unit] = averaged.units.clone();
+    let stored = TransferDocument::of(&averaged.function, drive_unit, response_unit);
     write_transfer(&args.out, &stored)?;
     let warnings = &mut averaged.function.about.warnings;
     warnings.extend(TransferFormat::of_ending(&args.out).losses());
-    if args.json {
-        return print_kept(&args.out, &averaged);
-    }
-    say_warnings(&averaged.function.about.warnings);
-    print(&format!(
-        "wrote {}: the average of {} at {cell}",
-        args.out.display(),
-        counted(averaged.participants.len(), "participant")
-    ))
+    let averaged = Kept {
+        out: &args.out,
+        value: &averaged,
+    };
+    deliver_and(&args.outputs, &averaged, &[&args.out])
 }
 
 /// Refuses an output that would replace the panel.
@@ -44,7 +42,9 @@ fn check_output(args: &Average, folder: &PanelFolder) -> Outcome {
     let mut inputs: Vec<PathBuf> = entries.map(|e| args.folder.join(&e.file)).collect();
     inputs.push(args.folder.join(PANEL_INDEX));
     let inputs: Vec<&Path> = inputs.iter().map(PathBuf::as_path).collect();
-    outputs(&inputs, &[&args.out])
+    let out = std::iter::once(args.out.as_path());
+    let written: Vec<&Path> = out.chain(args.outputs.files()).collect();
+    outputs(&inputs, &written)
 }
 
 /// The cell that is meant.

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::anyhow;
+use piezotact::document::Kept;
 use piezotact::panel::{Cell, Filing};
 use piezotact::quantity::{Acceleration, Degrees, Drive, Newtons, Quantity, Seconds};
 use piezotact::spectrum::WelchConfig;
@@ -20,10 +21,11 @@ use super::open_or_begin;
 use crate::cli::OnOff;
 use crate::cli::panel::Run;
 use crate::commands::characterise::gating;
+use crate::deliver::{Outputs, deliver_and};
 use crate::failure::bench_failure;
 use crate::failure::{Failure, Outcome, usage};
 use crate::keeping::{Keeper, Place, Shown, runs_in};
-use crate::output::{counted, print, print_kept, say};
+use crate::output::{counted, say};
 use crate::progress;
 
 /// The folder of the raw recordings in that of a panel.
@@ -58,17 +60,22 @@ pub(crate) fn run(args: &Run) -> Outcome {
         measurements: index.entries.len(),
         index,
     };
-    if args.json {
-        return print_kept(&args.out, &done);
+    let done = Kept {
+        out: &args.out,
+        value: &done,
+    };
+    let outputs = Outputs {
+        json: args.json,
+        ..Outputs::default()
+    };
+    deliver_and(&outputs, &done, &[&args.out])?;
+    if !args.json {
+        say(&format!(
+            "analyse them with `piezotact panel analyse {}`",
+            args.out.display()
+        ));
     }
-    print(&format!(
-        "wrote {}: {} measurements, {} in all of {}; analyse them with `piezotact panel analyse {}`",
-        args.out.display(),
-        done.counts.measured,
-        done.measurements,
-        counted(index.participants.len(), "participant"),
-        args.out.display()
-    ))
+    Ok(())
 }
 
 /// A panel while it is measured.
