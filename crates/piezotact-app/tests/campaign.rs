@@ -106,7 +106,7 @@ fn soak_table_4_holds_every_pair() {
     let line = "periodic_pilot --participants 40 --power samples:M1,M8 --task task2 --shares 50,35";
     let rarely = design(&folder, &line.split(' ').collect::<Vec<_>>()).out();
     assert!(
-        rarely.contains("1 fault found: of 5 rules judged, 1 are not met.")
+        rarely.contains("1 fault found: of 5 rules judged, 1 not met.")
             && rarely.contains("M1 and M8: 40 participants find the stated difference in "),
         "{rarely}"
     );

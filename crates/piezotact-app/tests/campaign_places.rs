@@ -57,7 +57,7 @@ fn a_study_that_is_only_read_is_looked_at() {
         ("campaign status study", "P01"),
         (
             "campaign verify-journal study",
-            "the journals of 1 sessions verify",
+            "1 session verified",
         ),
         ("matrix study --report outside/matrix.html", "K1"),
         ("campaign export study --out outside/tables", "1 session"),

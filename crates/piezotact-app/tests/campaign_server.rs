@@ -77,7 +77,7 @@ fn two_stations_have_the_matrix_of_one() {
     );
     for folder in [&here, &there] {
         let verified = done(folder, "campaign verify-journal study").out();
-        holds(&verified, &["the journals of 2 sessions verify"]);
+        holds(&verified, &["2 sessions verified"]);
         done(folder, "campaign export study --out exported");
     }
 

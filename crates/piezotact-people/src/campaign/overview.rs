@@ -281,7 +281,7 @@ impl CampaignDesign {
         let mut text = match self.report.faults.len() {
             0 => format!("No fault was found: {} judged", counted(rules, "rule")),
             faults => format!(
-                "{} found: of {} judged, {faults} are not met",
+                "{} found: of {} judged, {faults} not met",
                 counted(faults, "fault"),
                 counted(rules, "rule")
             ),

@@ -46,17 +46,17 @@ pub(super) fn run(args: &Arguments) -> Outcome {
     }
 }
 
-/// The protocols of the library: name, title, source, participants.
+/// The protocols of the library: name, title, participants, source.
 fn library() -> Outcome<Table> {
-    let names = ["name", "title", "source", "participants"];
+    let names = ["name", "title", "participants", "source"];
     let mut table = Table::new(names.map(|name| Column::new(name, name)));
     for (name, toml) in LIBRARY {
         let protocol = read(toml)?;
         table.rows.push(vec![
             Cell::from(name),
             Cell::from(protocol.title),
-            Cell::from(protocol.source),
             Cell::from(protocol.panel.participants.to_string()),
+            Cell::from(protocol.source),
         ]);
     }
     Ok(table)

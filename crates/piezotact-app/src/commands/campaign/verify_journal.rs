@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use clap::Args;
+use piezotact::number::counted;
 use piezotact::quantity::Acceleration;
 use piezotact_bench::procedure::ACCELERATION_CHANNEL;
 use piezotact_dataset::reads;
@@ -29,8 +30,9 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     let sessions = study.store.verify()?;
     let checked = each_session(&study)?;
     print(&format!(
-        "{}: the journals of {sessions} sessions verify: none of their events was changed, reordered, or removed{} are found only by comparing the checksums above with a copy of them: keep one outside the study. Drives are not checked.",
+        "{}: {} verified: no event was changed, reordered or removed{} are found only by comparing the checksums above with a copy of them: keep one outside the study. Drives are not checked.",
         args.study.display(),
+        counted(sessions, "session"),
         match study.store.kept() {
             Kept::InFolder =>
                 ", by the changes that the study counted. Journals that were rewritten together with that number",
