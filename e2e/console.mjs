@@ -140,7 +140,7 @@ try {
   await look(page, "touching");
   await idle(page);
   const [accepted, rejected] = (await text(page, "strokes")).match(/\d+/g).map(Number);
-  const { recordings } = JSON.parse(run("segment", "console/touch-1.parquet", "--json"));
+  const { recordings } = JSON.parse(run("strokes", "--cuts-only", "console/touch-1.parquet", "--json"));
   const counted = [recordings[0].cuts.length, recordings[0].rejected.length];
   expect(`${[accepted, rejected]}` === `${counted}`, `strokes shown ${[accepted, rejected]}, in the recording ${counted}`);
 

@@ -132,7 +132,7 @@ async function tried(browser, protocol) {
   const ended = server.ended;
   server.child.kill("SIGINT");
   await ended;
-  run("campaign verify-journal study");
+  run("campaign verify study");
   run("campaign export study --out tables");
   const [head, ...rows] = readFileSync(join(folder, "tables/trials.csv"), "utf8").trim().split("\n").map(cells);
   const of = (row, name) => row[head.indexOf(name)];

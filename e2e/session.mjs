@@ -412,7 +412,7 @@ async function main(browser) {
   const began = Date.now();
   const { code, err } = await server.ended;
   expect(Date.now() - began < 2000, "the server takes longer than 2 s to end");
-  run("campaign verify-journal study");
+  run("campaign verify study");
   run("campaign export study --out exported");
   stored(said);
   // Its dictionary says by which command it was written.
@@ -614,7 +614,7 @@ function stored(said) {
 
 /// Compares the association matrix with what was said to each texture that was presented.
 function counted() {
-  run("matrix study --csv cells.csv");
+  run("answers study --csv cells.csv");
   const rows = (name) => {
     const lines = readFileSync(join(folder, name), "utf8").trim().split("\n");
     const names = cells(lines[0]);

@@ -11,7 +11,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser};
 use piezotact::filter::HighPass;
-use piezotact::quantity::{Hertz, Measure};
+use piezotact::quantity::{Band, Hertz, Measure};
 use piezotact::spectrum::Window;
 use piezotact_dataset::{NamePattern, recording_formats, transfer_formats};
 
@@ -95,24 +95,6 @@ pub(crate) enum TouchName {
     Passive,
 }
 
-#[derive(Debug, Args)]
-pub(crate) struct Segment {
-    #[command(flatten)]
-    pub(crate) takes: Takes,
-    /// Writes the strokes and the rejected parts of one recording as a file of cuts that can be edited.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) write_cuts: Option<PathBuf>,
-    /// Writes a table, one row for each stroke and each rejected part.
-    #[arg(long, value_name = "TABLE.csv")]
-    pub(crate) csv: Option<PathBuf>,
-    /// Writes a report: the signals with their cuts.
-    #[arg(long, value_name = "REPORT.html")]
-    pub(crate) report: Option<PathBuf>,
-    /// Prints the result as JSON.
-    #[arg(long)]
-    pub(crate) json: bool,
-}
-
 /// What recordings are grouped by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum Factor {
@@ -177,12 +159,18 @@ fn gesture_filter(text: &str) -> Result<GestureFilter, String> {
 }
 
 #[derive(Debug, Args)]
-pub(crate) struct Analyse {
+pub(crate) struct Strokes {
     #[command(flatten)]
     pub(crate) takes: Takes,
     /// The grouping for the averages; default: by sample if all recordings name one, otherwise by file.
     #[arg(long, value_enum)]
     pub(crate) by: Option<Factor>,
+    /// Cuts and lists the strokes and the rejected parts, with the reasons, and computes no features.
+    #[arg(long, conflicts_with_all = ["by", "high_pass", "segment", "ridge", "set"])]
+    pub(crate) cuts_only: bool,
+    /// Writes the strokes and the rejected parts of one recording as a file of cuts that can be edited.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) write_cuts: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) computing: Computing,
 }
@@ -261,6 +249,19 @@ pub(crate) struct Spectrum {
     /// The channel; optional if there is only one, or only one of acceleration.
     #[arg(long)]
     pub(crate) channel: Option<String>,
+    /// Measures the noise of a sensor at rest: noise floor, mains hum, drift. The recording lasts 4 s or longer; 10 s or longer
+    /// for the drift.
+    #[arg(
+        long,
+        conflicts_with_all = ["out", "segment", "overlap", "window", "median", "svg", "spectrogram"]
+    )]
+    pub(crate) rest: bool,
+    /// The band of the rms of --rest, in Hz; default: 10..1000, as far as the rate allows.
+    #[arg(long, value_name = "LOW..HIGH", requires = "rest")]
+    pub(crate) band: Option<Band>,
+    /// Writes a report of --rest.
+    #[arg(long, value_name = "OUT.html", requires = "rest")]
+    pub(crate) report: Option<PathBuf>,
     /// Samples in a segment; default 1024, and about 0.1 s for --spectrogram.
     #[arg(long, value_name = "SAMPLES")]
     pub(crate) segment: Option<usize>,
@@ -278,7 +279,7 @@ pub(crate) struct Spectrum {
     /// Prints `frequency_hz` and `psd` as JSON.
     #[arg(long, group = "form")]
     pub(crate) json: bool,
-    /// Prints frequency and PSD as CSV.
+    /// Prints frequency and PSD as CSV; with --rest also the amplitude density.
     #[arg(long, group = "form")]
     pub(crate) csv: bool,
     /// Writes a figure.

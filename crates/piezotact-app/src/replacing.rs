@@ -21,14 +21,14 @@ const MEASURED: [[&str; 2]; 8] = [
     ["characterise", "record"],
     ["play", "record"],
     ["record", "out"],
-    ["calibrate", "out"],
-    ["latency", "out"],
+    ["sound calibrate", "out"],
+    ["sound latency", "out"],
     ["render", "record"],
 ];
 /// What is measured of a sound device stands beside its set-up, where no option names it.
 const BESIDE_SETUP: [[&str; 2]; 2] = [
-    ["calibrate", ".calibration.json"],
-    ["latency", ".latency.json"],
+    ["sound calibrate", ".calibration.json"],
+    ["sound latency", ".latency.json"],
 ];
 /// Folders whose commands go on with what is in them, and check it themselves.
 const CONTINUED: [[&str; 2]; 1] = [["panel run", "out"]];

@@ -48,7 +48,7 @@ fn played() -> (Folder, Recording) {
     let folder = Folder::new();
     folder.write("drive.wav", tone(8.0));
     folder
-        .run(&["burst", "drive.wav", "--out", "with.wav"])
+        .run(&["sound", "burst", "drive.wav", "--out", "with.wav"])
         .expect_success();
     let drive = recording(&folder, "with.wav");
     let mut draw = crate::support::noise(1_000_000);
@@ -77,7 +77,7 @@ fn the_drive_is_kept_with_its_bursts_and_its_notes() {
         "drive.wav.json",
         r#"{"channels": ["drive"], "labels": {"session": "2"}, "events": [{"onset_s": 1.5, "duration_s": 0.5, "kind": "mark"}]}"#,
     );
-    let done = folder.run(&["burst", "drive.wav", "--out", "with.wav", "--json"]);
+    let done = folder.run(&["sound", "burst", "drive.wav", "--out", "with.wav", "--json"]);
     let found = done.json();
     assert_eq!(found["schema"], "burst");
     // 0.25 s, the burst, 0.25 s.
@@ -105,7 +105,7 @@ fn the_drive_is_kept_with_its_bursts_and_its_notes() {
     assert_eq!(events, expected);
     // Once is enough.
     folder
-        .run(&["burst", "with.wav", "--out", "more.wav"])
+        .run(&["sound", "burst", "with.wav", "--out", "more.wav"])
         .expect_failure(1, &["with.wav", "has bursts already"]);
 }
 
@@ -113,6 +113,7 @@ fn the_drive_is_kept_with_its_bursts_and_its_notes() {
 fn a_tone_recorded_elsewhere_is_placed_by_its_bursts() {
     let (folder, _) = played();
     let line = [
+        "sound",
         "align",
         "with.wav",
         "other.csv",
@@ -171,7 +172,14 @@ fn a_tone_recorded_elsewhere_is_placed_by_its_bursts() {
 #[test]
 fn the_recording_on_the_clock_of_the_drive_holds_all_channels_and_the_drive() {
     let (folder, _) = played();
-    let line = ["align", "with.wav", "other.csv", "--out", "aligned.parquet"];
+    let line = [
+        "sound",
+        "align",
+        "with.wav",
+        "other.csv",
+        "--out",
+        "aligned.parquet",
+    ];
     let found = folder.run(&[&line[..], &["--json"]].concat()).json();
     let [from_s, to_s] = [0, 1].map(|i| number(&found["covered_s"][i]));
     assert!((from_s - FROM_S).abs() < 1e-3, "{from_s}");
@@ -246,16 +254,17 @@ fn events_and_labels_are_placed_too() {
             "events": [{"onset_s": 5.0, "duration_s": 1.0, "kind": "answer", "value": "rough"}]}"#,
     );
     folder
-        .run(&["align", "with.wav", "other.wav"])
+        .run(&["sound", "align", "with.wav", "other.wav"])
         .expect_failure(
             1,
             &["other.wav", "name the one to use", "a [m/s²], b [m/s²]"],
         );
     folder
-        .run(&["align", "with.wav", "other.wav", "--channel", "c"])
+        .run(&["sound", "align", "with.wav", "other.wav", "--channel", "c"])
         .expect_failure(1, &["other.wav", "`c`"]);
     folder
         .run(&[
+            "sound",
             "align",
             "with.wav",
             "other.wav",
@@ -286,7 +295,7 @@ fn events_and_labels_are_placed_too() {
 #[test]
 fn what_cannot_be_aligned_is_named() {
     let (folder, _) = played();
-    let align = |more: &[&str]| folder.run(&[&["align"], more].concat());
+    let align = |more: &[&str]| folder.run(&[&["sound", "align"], more].concat());
     align(&["with.wav", "with.wav"]).expect_failure(2, &["with.wav twice"]);
     align(&["other.csv", "with.wav"])
         .expect_failure(1, &["other.csv", "in shares of full scale", "nail [m/s²]"]);
@@ -301,7 +310,14 @@ fn what_cannot_be_aligned_is_named() {
     align(&["with.wav", "other.csv", "--report", "a.txt"]).expect_failure(2, &[".html"]);
     folder.write("here.parquet", "not ours");
     folder
-        .run_as_given(&["align", "with.wav", "other.csv", "--out", "here.parquet"])
+        .run_as_given(&[
+            "sound",
+            "align",
+            "with.wav",
+            "other.csv",
+            "--out",
+            "here.parquet",
+        ])
         .expect_failure(2, &["already exists"]);
     // A drive that repeats, without its bursts.
     align(&["drive.wav", "other.csv"]).expect_failure(1, &["other.csv"]);
@@ -330,7 +346,7 @@ fn what_cannot_be_aligned_is_named() {
 fn bursts_that_cannot_be_are_named() {
     let folder = Folder::new();
     folder.write("drive.wav", tone(2.0));
-    let burst = |more: &[&str]| folder.run(&[&["burst", "drive.wav"], more].concat());
+    let burst = |more: &[&str]| folder.run(&[&["sound", "burst", "drive.wav"], more].concat());
     burst(&["--out", "drive.wav"]).expect_failure(2, &["drive.wav is read"]);
     burst(&["--out", "with.parquet"]).expect_failure(2, &[".wav"]);
     burst(&["--out", "with.wav", "--band", "100..30000"]).expect_failure(2, &["21600 Hz"]);
@@ -339,26 +355,26 @@ fn bursts_that_cannot_be_are_named() {
     burst(&["--out", "with.wav", "--peak", "1.5"]).expect_failure(2, &["1.5"]);
     folder.write("silent.wav", wav((0..48_000).map(|_| 0.0), DRIVE_HZ));
     folder
-        .run(&["burst", "silent.wav", "--out", "with.wav"])
+        .run(&["sound", "burst", "silent.wav", "--out", "with.wav"])
         .expect_failure(1, &["silent.wav", "--peak"]);
     folder.write("texture.wav", tone(2.0));
     folder.write("texture.wav.json", r#"{"full_scale": "20 m/s2"}"#);
     folder
-        .run(&["burst", "texture.wav", "--out", "with.wav"])
+        .run(&["sound", "burst", "texture.wav", "--out", "with.wav"])
         .expect_failure(1, &["texture.wav", "m/s²"]);
     folder.write(
         "drive.csv",
         "time (s),drive (V)\n0,0.1\n0.001,0.2\n0.002,0.1\n",
     );
     folder
-        .run(&["burst", "drive.csv", "--out", "with.wav"])
+        .run(&["sound", "burst", "drive.csv", "--out", "with.wav"])
         .expect_failure(1, &["drive.csv", "WAV"]);
     assert!(!folder.names().contains(&"with.wav".to_owned()));
     // The same drive gives the same bytes.
     folder
-        .run(&["burst", "drive.wav", "--out", "a.wav", "--json"])
+        .run(&["sound", "burst", "drive.wav", "--out", "a.wav", "--json"])
         .expect_success();
-    let done = folder.run(&["burst", "drive.wav", "--out", "a.wav", "--json"]);
+    let done = folder.run(&["sound", "burst", "drive.wav", "--out", "a.wav", "--json"]);
     let again = results(done.json());
     assert_eq!(again["out"], "a.wav");
 }

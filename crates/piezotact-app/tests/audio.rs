@@ -35,6 +35,7 @@ fn calibrated(more: &str) -> Folder {
     let folder = Folder::new();
     folder.write("setup.toml", setup(more));
     let done = folder.run(&[
+        "sound",
         "calibrate",
         "setup.toml",
         "--input-volts",
@@ -129,7 +130,14 @@ fn a_panel_runs_on_a_sound_device() {
 #[test]
 fn latency_stands_beside_the_set_up_and_in_later_recordings() {
     let folder = calibrated("");
-    let done = folder.run(&["latency", "setup.toml", "--restarts", "10", "--json"]);
+    let done = folder.run(&[
+        "sound",
+        "latency",
+        "setup.toml",
+        "--restarts",
+        "10",
+        "--json",
+    ]);
     done.expect_success();
     let found = json(&done.out());
     let median_s = found["latency"]["median_s"].as_f64().unwrap();
@@ -207,6 +215,7 @@ fn sensors_and_cables_are_calibrated() {
     let folder = Folder::new();
     folder.write("setup.toml", setup("on_calibrator = 2"));
     let done = folder.run(&[
+        "sound",
         "calibrate",
         "setup.toml",
         "--exciter",
@@ -227,13 +236,13 @@ fn sensors_and_cables_are_calibrated() {
     let volts = found["output"]["v_per_full_scale"].as_f64().unwrap();
     assert!((volts - 0.4999 / 0.353_553).abs() < 1e-4, "{volts}");
     // No calibrator on it.
-    let done = folder.run(&["calibrate", "setup.toml", "--exciter", "3"]);
+    let done = folder.run(&["sound", "calibrate", "setup.toml", "--exciter", "3"]);
     assert!(
         done.err().contains("switch the calibrator on"),
         "{}",
         done.err()
     );
-    let done = folder.run(&["calibrate", "setup.toml", "--exciter", "1"]);
+    let done = folder.run(&["sound", "calibrate", "setup.toml", "--exciter", "1"]);
     assert_eq!(done.code(), Some(2), "{}", done.err());
     // A loopback on another input.
     let wrong = setup("").replace("channel = 1, measures", "channel = 4, measures");
@@ -241,7 +250,7 @@ fn sensors_and_cables_are_calibrated() {
         "crossed.toml",
         wrong.replace("channel = 2, measures", "channel = 1, measures"),
     );
-    let done = folder.run(&["calibrate", "crossed.toml", "--wires"]);
+    let done = folder.run(&["sound", "calibrate", "crossed.toml", "--wires"]);
     assert!(
         done.code() == Some(0) || done.err().contains("loopback"),
         "{}",
@@ -282,17 +291,17 @@ fn faults_of_a_device_end_in_order_and_stand_in_the_record() {
 #[test]
 fn devices_are_listed_and_unknown_hosts_named() {
     let folder = Folder::new();
-    let done = folder.run(&["devices", "--json"]);
+    let done = folder.run(&["sound", "devices", "--json"]);
     done.expect_success();
     assert_eq!(json(&done.out())["schema"], "sound_devices");
-    let done = folder.run(&["devices", "--host", "asio"]);
+    let done = folder.run(&["sound", "devices", "--host", "asio"]);
     assert!(
         done.err().contains("without the host `asio`"),
         "{}",
         done.err()
     );
     folder.write("setup.toml", "host = \"alsa\"\noutput = \"hw:9,9\"\ninput = \"hw:9,9\"\nrate_hz = 48000\nplay = { drive = [1] }\nrecord = [{ channel = 1, measures = \"drive\" }]\n");
-    let done = folder.run(&["latency", "setup.toml"]);
+    let done = folder.run(&["sound", "latency", "setup.toml"]);
     assert_eq!(done.code(), Some(1), "{}", done.err());
     assert!(done.err().contains("hw:9,9"), "{}", done.err());
 }

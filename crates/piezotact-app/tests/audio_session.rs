@@ -21,7 +21,7 @@ fn prepared() -> &'static Folder {
             run(&folder, &line).expect_success();
         }
         for line in [
-            "calibrate setup.toml --input-volts 2.8284",
+            "sound calibrate setup.toml --input-volts 2.8284",
             "characterise --bench audio:setup.toml --out tf.json",
             "prepare S2.parquet S4.parquet S8.parquet S9.parquet --transfer tf.json --bench audio:setup.toml --mode texture --out drives",
         ] {

@@ -14,25 +14,33 @@ fn cuts_of_an_earlier_recording_are_not_applied() {
     let folder = Folder::new();
     folder.write("a.csv", recording(1));
     folder
-        .run(&["segment", "a.csv", "--write-cuts", "a.csv.cuts"])
+        .run(&[
+            "strokes",
+            "--cuts-only",
+            "a.csv",
+            "--write-cuts",
+            "a.csv.cuts",
+        ])
         .expect_success();
     let text = std::fs::read_to_string(folder.path("a.csv.cuts")).unwrap();
     assert!(text.contains("\n# recording "), "{text}");
-    let own = folder.run(&["segment", "a.csv"]);
+    let own = folder.run(&["strokes", "--cuts-only", "a.csv"]);
     own.expect_success();
     assert!(!own.err().contains("a.csv.cuts"), "{}", own.err());
     // an edited line keeps the cuts with their recording
     let edited = format!("{text}leave-out 0.1 0.2 a remark\n");
     folder.write("a.csv.cuts", &edited);
-    folder.run(&["segment", "a.csv"]).expect_success();
+    folder
+        .run(&["strokes", "--cuts-only", "a.csv"])
+        .expect_success();
     // a new recording of that name
     folder.write("a.csv", recording(2));
     let refused = ["cuts of a.csv", "earlier recording", "# recording"];
     folder
-        .run(&["segment", "a.csv"])
+        .run(&["strokes", "--cuts-only", "a.csv"])
         .expect_failure(1, &refused);
     folder
-        .run(&["analyse", "a.csv", "--by", "file"])
+        .run(&["strokes", "a.csv", "--by", "file"])
         .expect_failure(1, &refused);
     // cuts without a checksum still apply, with a warning that gives the line
     let old: String = text
@@ -41,7 +49,9 @@ fn cuts_of_an_earlier_recording_are_not_applied() {
         .map(|line| format!("{line}\n"))
         .collect();
     folder.write("a.csv.cuts", &old);
-    let value = folder.run(&["segment", "a.csv", "--json"]).json();
+    let value = folder
+        .run(&["strokes", "--cuts-only", "a.csv", "--json"])
+        .json();
     let warnings = value["recordings"][0]["warnings"].as_array().unwrap();
     let warning = warnings
         .iter()
@@ -50,7 +60,7 @@ fn cuts_of_an_earlier_recording_are_not_applied() {
     let said = warning["text"].as_str().unwrap();
     let line = said.split('`').nth(1).unwrap();
     folder.write("a.csv.cuts", format!("{line}\n{old}"));
-    let done = folder.run(&["segment", "a.csv"]);
+    let done = folder.run(&["strokes", "--cuts-only", "a.csv"]);
     done.expect_success();
     assert!(
         !done.err().contains("does not say for which recording"),

@@ -353,10 +353,10 @@ fn what_is_imported_is_what_was_exported() {
         }
     }
     // What is imported is read by other commands.
-    run(folder, "matrix imported/answers.csv --by task").expect_success();
+    run(folder, "answers imported/answers.csv --by task").expect_success();
     run(
         folder,
-        "analyse imported/recordings/sub-P01_ses-measurement_task-measure_acq-S2_run-1.parquet",
+        "strokes imported/recordings/sub-P01_ses-measurement_task-measure_acq-S2_run-1.parquet",
     )
     .expect_success();
     // The same again is done; what a person changed since is not overwritten.

@@ -68,7 +68,7 @@ fn a_corrected_order_says_what_it_changes_and_the_tables_keep_both() {
     first.type_line("/leave");
     assert!(first.end().0.success());
     for line in [
-        "matrix study",
+        "answers study",
         "campaign export study --out exported",
         "campaign status study",
     ] {
@@ -138,7 +138,7 @@ fn an_export_gives_the_matrix_of_the_study_and_keeps_orders_apart() {
         done.expect_success();
         done
     };
-    let study = of("matrix study");
+    let study = of("answers study");
     holds(
         &study.out(),
         &[
@@ -154,12 +154,12 @@ fn an_export_gives_the_matrix_of_the_study_and_keeps_orders_apart() {
     );
     // Orders beside it change nothing of the associations.
     for line in [
-        "matrix exported/answers.csv --samples S2,S5,S6,S8,S11,S13",
-        "matrix study --ordering task2",
+        "answers exported/answers.csv --samples S2,S5,S6,S8,S11,S13",
+        "answers study --ordering task2",
     ] {
         assert_eq!(headline(&of(line).out()), headline(&study.out()), "{line}");
     }
-    let orders = of("matrix exported/orders.csv --samples S2,S5,S6,S8,S11,S13 --ordering task2");
+    let orders = of("answers exported/orders.csv --samples S2,S5,S6,S8,S11,S13 --ordering task2");
     holds(&orders.out(), &["task task2: 2 orders"]);
     let mut keys = BTreeSet::new();
     for row in table(&folder.path("exported/answers.csv")) {

@@ -67,7 +67,7 @@ fn a_session_with_rendered_textures_runs_to_its_end_on_the_twin() {
             "is complete: task1: 3 of 3 trials, task2: 2 of 2 trials, task3: 2 of 2 trials",
         ],
     );
-    run(&folder, "campaign verify-journal study").expect_success();
+    run(&folder, "campaign verify study").expect_success();
     run(&folder, "campaign export study --out exported").expect_success();
     let trials = table(&folder.path("exported/trials.csv"));
     let of = |task: &str| {

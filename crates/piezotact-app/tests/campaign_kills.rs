@@ -260,7 +260,7 @@ fn torn(folder: &Folder, script: &mut Script) -> Option<bool> {
     assert!(number("found ") < number("expected "), "{said}");
     // Without the seal the rest is whole.
     std::fs::remove_file(torn.join("study.seal")).unwrap();
-    run(folder, "campaign verify-journal torn").expect_success();
+    run(folder, "campaign verify torn").expect_success();
     Some(false)
 }
 
@@ -283,7 +283,7 @@ fn flipped(folder: &Folder, random: &mut ChaCha8Rng, times: usize) {
         let _may_be_there = std::fs::remove_dir_all(&other);
         copy(&folder.path("study"), &other);
         std::fs::write(other.join("study.sqlite"), changed).unwrap();
-        run(folder, "campaign verify-journal flipped").expect_failure(1, &["naming"]);
+        run(folder, "campaign verify flipped").expect_failure(1, &["naming"]);
     }
 }
 
@@ -324,7 +324,7 @@ fn kill(times: usize, seed: u64) {
         again.expect_success();
         assert!(again.out().contains("is complete"), "{}", again.out());
     }
-    run(&folder, "campaign verify-journal study").expect_success();
+    run(&folder, "campaign verify study").expect_success();
     flipped(
         &folder,
         &mut ChaCha8Rng::seed_from_u64(seed),

@@ -55,11 +55,8 @@ fn a_study_that_is_only_read_is_looked_at() {
     };
     let looked: Vec<_> = [
         ("campaign status study", "P01"),
-        (
-            "campaign verify-journal study",
-            "1 session verified",
-        ),
-        ("matrix study --report outside/matrix.html", "K1"),
+        ("campaign verify study", "1 session verified"),
+        ("answers study --report outside/matrix.html", "K1"),
         ("campaign export study --out outside/tables", "1 session"),
         ("bids export study --out outside/bids", "1 participant"),
         ("campaign plan study P02 naming", "P02"),
@@ -125,11 +122,7 @@ fn a_clock_that_is_behind_the_study_is_said_where_a_session_begins_and_goes_on()
 fn a_withdrawal_that_is_given_twice_leaves_a_journal_that_verifies() {
     let folder = study();
     whole(&folder, "campaign run study P01 naming");
-    for line in [
-        "withdraw study P01",
-        "withdraw study P01",
-        "verify-journal study",
-    ] {
+    for line in ["withdraw study P01", "withdraw study P01", "verify study"] {
         run(&folder, &format!("campaign {line}")).expect_success();
     }
 }

@@ -55,7 +55,7 @@ fn two_stations_have_the_matrix_of_one() {
     whole(&there, BY_HAND);
 
     for line in [
-        "matrix study --json",
+        "answers study --json",
         "campaign plan study P02 discrimination --json",
     ] {
         let of = |folder: &Folder| {
@@ -68,7 +68,7 @@ fn two_stations_have_the_matrix_of_one() {
         assert_eq!(of(&alone), of(&here), "{line}");
         assert_eq!(of(&alone), of(&there), "{line}");
     }
-    let matrices = [&alone, &here, &there].map(|folder| done(folder, "matrix study").out());
+    let matrices = [&alone, &here, &there].map(|folder| done(folder, "answers study").out());
     assert!(matrices.iter().all(|matrix| *matrix == matrices[0]));
     let status = done(&there, "campaign status study").out();
     holds(
@@ -76,7 +76,7 @@ fn two_stations_have_the_matrix_of_one() {
         &["1 of", "measurement", "discrimination", "complete"],
     );
     for folder in [&here, &there] {
-        let verified = done(folder, "campaign verify-journal study").out();
+        let verified = done(folder, "campaign verify study").out();
         holds(&verified, &["2 sessions verified"]);
         done(folder, "campaign export study --out exported");
     }
@@ -114,7 +114,7 @@ fn two_stations_have_the_matrix_of_one() {
         "campaign withdraw study P01 --passphrase secret.txt",
     );
     assert_eq!(done(&there, "campaign status study").err(), "");
-    done(&there, "campaign verify-journal study");
+    done(&there, "campaign verify study");
 }
 
 /// The server crashes in the middle of a session: what was typed is refused aloud, and given again once it runs.
@@ -147,7 +147,7 @@ fn a_session_goes_on_when_the_server_runs_again() {
     let (status, said) = first.end();
     assert!(status.success(), "{said}");
     holds(&done(&folder, "campaign status study").out(), &["complete"]);
-    done(&folder, "campaign verify-journal study");
+    done(&folder, "campaign verify study");
     // Meanwhile the pages of a session are served on the same store: another station is refused while it runs.
     let other = Folder::new();
     done(&other, &format!("campaign join {database} study"));

@@ -254,7 +254,7 @@ fn what_does_not_fit_is_refused_and_the_session_waits_at_the_same_step() {
     holds(&again.out(), &["is complete: task1: 6 of 6 trials"]);
     run(&folder, "campaign run study P01 naming --rehearsal")
         .expect_failure(1, &["begun as a session with a volunteer"]);
-    run(&folder, "campaign verify-journal study").expect_success();
+    run(&folder, "campaign verify study").expect_success();
 }
 
 #[test]
@@ -286,7 +286,7 @@ fn names_that_cannot_be_are_refused_with_those_that_can() {
             &["no study is in this folder"],
         ),
         (
-            "campaign verify-journal nowhere",
+            "campaign verify nowhere",
             1,
             &["no study is in this folder"],
         ),
@@ -425,7 +425,7 @@ fn after_a_withdrawal_no_byte_of_the_participant_is_left() {
             "left out, of participants who withdrew: 1 session",
         ],
     );
-    let verified = run(&folder, "campaign verify-journal study");
+    let verified = run(&folder, "campaign verify study");
     verified.expect_success();
     holds(
         &verified.out(),
@@ -548,7 +548,7 @@ fn refused_until_there_is_room(folder: &Folder, mut session: Session, room: impl
     }
     let (status, said) = session.end();
     assert!(status.success(), "{said}");
-    run(folder, "campaign verify-journal study").expect_success();
+    run(folder, "campaign verify study").expect_success();
     run(folder, "campaign export study --out exported").expect_success();
     let trials = table(&folder.path("exported/trials.csv"));
     assert_eq!(trials.len(), 41);

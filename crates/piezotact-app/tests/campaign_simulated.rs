@@ -20,7 +20,7 @@ fn simulated() -> Folder {
         &[
             "2 virtual volunteers who judge as thurstone, 4 sessions (0 of them were complete before)",
             "answers of 2 participants",
-            "piezotact matrix st",
+            "piezotact answers st",
         ],
     );
     folder
@@ -31,9 +31,9 @@ fn a_simulated_study_is_read_as_any_other_and_never_taken_for_one_of_people() {
     let folder = simulated();
     for line in [
         "campaign status st",
-        "matrix st",
+        "answers st",
         "campaign export st --out exported",
-        "campaign verify-journal st",
+        "campaign verify st",
     ] {
         let done = run(&folder, line);
         done.expect_success();
@@ -47,7 +47,7 @@ fn a_simulated_study_is_read_as_any_other_and_never_taken_for_one_of_people() {
         }
     }
     // Nor does it get lost in a table that is read alone.
-    let exported = run(&folder, "matrix exported/answers.csv");
+    let exported = run(&folder, "answers exported/answers.csv");
     exported.expect_success();
     holds(
         &exported.err(),
@@ -55,7 +55,7 @@ fn a_simulated_study_is_read_as_any_other_and_never_taken_for_one_of_people() {
             "virtual volunteers answered in 2 sessions, judging as the model `thurstone`: no person answered",
         ],
     );
-    let orders = run(&folder, "matrix exported/orders.csv");
+    let orders = run(&folder, "answers exported/orders.csv");
     holds(
         &orders.err(),
         &["answered in 2 sessions", "no person answered"],
@@ -73,7 +73,7 @@ fn a_simulated_study_is_read_as_any_other_and_never_taken_for_one_of_people() {
         &status,
         &["2 of 10 virtual volunteers (no person) completed"],
     );
-    let matrix = run(&folder, "matrix st --report st.html");
+    let matrix = run(&folder, "answers st --report st.html");
     holds(&matrix.out(), &["Simulated: ", "of 2 virtual volunteers"]);
     let page = std::fs::read_to_string(folder.path("st.html")).unwrap();
     for words in [
@@ -193,7 +193,7 @@ fn panels_are_other_people_and_stay_the_same() {
         .replace("--study st", "--study alone")
         .replace(" --panels 2", "");
     run(&folder, &alone).expect_success();
-    let [one, other] = ["matrix st/seed-7", "matrix alone"].map(|line| run(&folder, line).out());
+    let [one, other] = ["answers st/seed-7", "answers alone"].map(|line| run(&folder, line).out());
     assert_eq!(one, other);
     run(&folder, &LINE.replace("K1=S1", "K9=S1")).expect_failure(
         2,
@@ -243,8 +243,8 @@ fn a_study_and_its_table_are_the_same_in_both_ways() {
     let folder = simulated();
     run(&folder, "campaign export st --out exported").expect_success();
     for line in [
-        "matrix st --compare people:exported/answers.csv",
-        "matrix exported/answers.csv --compare people:st",
+        "answers st --compare people:exported/answers.csv",
+        "answers exported/answers.csv --compare people:st",
     ] {
         let found = run(&folder, line);
         found.expect_success();

@@ -91,11 +91,16 @@ fn a_touch_on_the_twin_is_recorded_and_its_strokes_are_counted() {
         let sample = condition.sample.as_deref().unwrap();
         assert!(file.to_string_lossy().contains(&format!("{sample}-1-1-1")));
         assert_eq!(condition.participant.as_deref(), Some("P01"));
-        let segment = folder.run(&["segment", &file.display().to_string(), "--json"]);
+        let segment = folder.run(&[
+            "strokes",
+            "--cuts-only",
+            &file.display().to_string(),
+            "--json",
+        ]);
         segment.expect_success();
     }
     holds(
-        &run(&folder, "campaign verify-journal study").out(),
+        &run(&folder, "campaign verify study").out(),
         &["whole, with the 4 recordings"],
     );
     // Withdrawal erases them with the session.

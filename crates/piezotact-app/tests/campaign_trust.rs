@@ -45,7 +45,7 @@ fn a_session_with_a_volunteer_is_played_to_the_finger_of_the_volunteer() {
     for line in [
         "campaign status study",
         "campaign export study --out exported",
-        "matrix study",
+        "answers study",
     ] {
         let done = run(&folder, line);
         done.expect_success();
@@ -92,7 +92,7 @@ fn a_session_is_run_by_one_program_and_its_recordings_are_those_that_were_made()
     first.kill();
     // A killed program holds nothing.
     whole(&folder, &line);
-    let verified = run(&folder, "campaign verify-journal study");
+    let verified = run(&folder, "campaign verify study");
     verified.expect_success();
     holds(&verified.out(), &["recordings of what was played"]);
     // Drives that are given to a finished session do not replace those that it was played with.
@@ -114,7 +114,7 @@ fn a_session_is_run_by_one_program_and_its_recordings_are_those_that_were_made()
         panic!("{of_session:?}");
     };
     std::fs::copy(other, last).unwrap();
-    run(&folder, "campaign verify-journal study").expect_failure(
+    run(&folder, "campaign verify study").expect_failure(
         1,
         &["expected the recording that was made in session discrimination of P01, found another"],
     );
@@ -143,7 +143,7 @@ fn who_withdrew_in_a_session_counts_nowhere_from_then_on() {
     for line in [
         "campaign export study --out exported",
         "campaign status study",
-        "matrix study",
+        "answers study",
     ] {
         let done = run(&folder, line);
         holds(&done.err(), &["P02 has withdrawn and is not erased yet"]);
@@ -165,11 +165,11 @@ fn another_seed_than_that_of_the_plans_is_refused() {
     let text = std::fs::read_to_string(&file).unwrap();
     std::fs::write(&file, text.replace("\"seed\": 7", "\"seed\": 8")).unwrap();
     for line in [
-        "campaign verify-journal study",
+        "campaign verify study",
         "campaign status study",
         "campaign plan study P02 naming",
         "campaign export study --out exported",
-        "matrix study",
+        "answers study",
     ] {
         run(&folder, line).expect_failure(
             1,
@@ -179,7 +179,7 @@ fn another_seed_than_that_of_the_plans_is_refused() {
         );
     }
     std::fs::write(&file, text).unwrap();
-    run(&folder, "campaign verify-journal study").expect_success();
+    run(&folder, "campaign verify study").expect_success();
 }
 
 #[test]
@@ -239,7 +239,7 @@ fn a_plan_that_cannot_be_read_stops_its_own_session_only() {
     for line in [
         "campaign status study",
         "campaign export study --out exported",
-        "matrix study",
+        "answers study",
         "campaign plan study P03 naming",
     ] {
         run(&folder, line).expect_success();
@@ -256,10 +256,7 @@ fn a_plan_that_cannot_be_read_stops_its_own_session_only() {
     let status = run(&folder, "campaign status study");
     holds(&status.out(), &["its plan cannot be read", "1 of "]);
     whole(&folder, "campaign run study P03 naming");
-    for line in [
-        "campaign run study P02 naming",
-        "campaign verify-journal study",
-    ] {
+    for line in ["campaign run study P02 naming", "campaign verify study"] {
         run(&folder, line).expect_failure(1, &["plan.json"]);
     }
 }

@@ -29,7 +29,9 @@ fn halves_of_one_recording_are_not_distinguishable_and_text_json_and_report_agre
             "all.parquet",
         ])
         .expect_success();
-    let cuts = folder.run(&["segment", "all.parquet", "--json"]).json();
+    let cuts = folder
+        .run(&["strokes", "--cuts-only", "all.parquet", "--json"])
+        .json();
     let strokes = cuts["recordings"][0]["cuts"].as_array().unwrap();
     let middle = number(&strokes[strokes.len() / 2]["contact_start_s"]) - 0.05;
     let all = std::fs::read(folder.path("all.parquet")).unwrap();

@@ -11,7 +11,7 @@ use crate::support::{Folder, noise, wav};
 const WITH_INPUTS: &[&str] = &[
     "info IN",
     "spectrum IN",
-    "noise IN",
+    "spectrum IN --rest",
     "transfer IN --drive a --response b --out tf.json",
     "manipulate IN --gain 3dB --out o.wav",
     "manipulate t.wav --scale 1m/s2 --rms-of IN --out o.wav",
@@ -27,15 +27,15 @@ const WITH_INPUTS: &[&str] = &[
     "verify --target t.wav --scale 1m/s2 --measured t.wav --drive IN",
     "score IN t.wav --scale 1m/s2",
     "score t.wav IN --scale 1m/s2",
-    "segment IN",
-    "segment t.wav --scale 1m/s2 --cuts IN",
-    "analyse IN",
-    "analyse t.wav --scale 1m/s2 --by file --set IN",
+    "strokes IN --cuts-only",
+    "strokes t.wav --scale 1m/s2 --cuts IN --cuts-only",
+    "strokes IN",
+    "strokes t.wav --scale 1m/s2 --by file --set IN",
     "compare IN t.wav --by file",
     "roughness IN",
-    "matrix IN",
+    "answers IN",
     "campaign design IN",
-    "campaign dictionary IN",
+    "campaign protocol IN --dictionary",
     "panel add p IN",
     "export IN --out o.uff",
     "twin record --bench acttouch --twin IN --sample S8 --out o.wav",
@@ -97,7 +97,7 @@ fn sidecars_and_cuts_that_are_pipes_are_refused_too() {
             .arg(folder.path(name))
             .status();
         assert!(made.unwrap().success());
-        let done = folder.run(&["segment", "t.wav", "--scale", "1m/s2"]);
+        let done = folder.run(&["strokes", "--cuts-only", "t.wav", "--scale", "1m/s2"]);
         done.expect_failure(1, &["found a device or a pipe", name]);
         std::fs::remove_file(folder.path(name)).unwrap();
     }
@@ -188,8 +188,8 @@ fn one_bad_recording_of_several_does_not_stop_the_others() {
     }
     folder.write("bad.csv", "time (s),acc (m/s2)\n0,1\n0.1,oops\n");
     for (command, options) in [
-        ("segment", &["--report", "r.html"][..]),
-        ("analyse", &["--by", "file", "--report", "r.html"]),
+        ("strokes", &["--cuts-only", "--report", "r.html"][..]),
+        ("strokes", &["--by", "file", "--report", "r.html"]),
         ("compare", &["--by", "file", "--report", "r.html"]),
     ] {
         let files = [command, "S1.csv", "bad.csv", "nowhere.csv", "S2.csv"];
@@ -215,6 +215,6 @@ fn one_bad_recording_of_several_does_not_stop_the_others() {
         assert_eq!(none.out(), "");
     }
     folder
-        .run(&["segment", "bad.csv"])
+        .run(&["strokes", "--cuts-only", "bad.csv"])
         .expect_failure(1, &["`oops`"]);
 }

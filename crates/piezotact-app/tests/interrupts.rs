@@ -112,7 +112,7 @@ fn a_study_of_many_files_says_how_many_it_read() {
     let folder = Folder::new();
     let names = recordings(&folder, 40);
     let line = format!(
-        "analyse {} --by file --csv s.csv --report s.html",
+        "strokes {} --by file --csv s.csv --report s.html",
         names.join(" ")
     );
     let running = Running::start(&folder, &line);
@@ -258,7 +258,7 @@ fn a_rerun_stops_what_it_runs() {
     let names = recordings(&folder, 20);
     run(
         &folder,
-        &format!("analyse {} --by file --report s.html", names.join(" ")),
+        &format!("strokes {} --by file --report s.html", names.join(" ")),
     );
     let running = Running::start(&folder, "rerun s.html");
     let parent = running.child.id().to_string();

@@ -80,7 +80,13 @@ fn jack_a_finger_in_another_process_is_characterised_rendered_and_verified() {
             "NOT DECIDED: samples were lost in each of three attempts; run ./x test on a machine that does nothing else"
         );
     };
-    if !run(&["calibrate", "setup.toml", "--input-volts", "2.8284"]) {
+    if !run(&[
+        "sound",
+        "calibrate",
+        "setup.toml",
+        "--input-volts",
+        "2.8284",
+    ]) {
         return undecided();
     }
     let (bench, twin) = (

@@ -272,7 +272,7 @@ const WRITING: [(&str, &str); 10] = [
         "time.svg",
     ),
     ("spectrum texture.wav OUT --scale 1m/s2 --csv", "psd.csv"),
-    ("analyse texture.wav --scale 1m/s2 --csv OUT", "strokes.csv"),
+    ("strokes texture.wav --scale 1m/s2 --csv OUT", "strokes.csv"),
     (
         "score texture.wav rough.wav --scale 1m/s2 --report OUT",
         "score.html",
@@ -358,7 +358,7 @@ fn what_another_left_is_not_replaced_silently() {
 #[test]
 fn a_command_replaces_what_it_wrote_itself() {
     let folder = prepared();
-    let analyse = "analyse texture.wav --scale 1m/s2 --report r.html --csv r.csv --figures figures --tables tables";
+    let analyse = "strokes texture.wav --scale 1m/s2 --report r.html --csv r.csv --figures figures --tables tables";
     run(&folder, analyse).expect_success();
     run(&folder, analyse).expect_success();
     run(
@@ -400,7 +400,7 @@ fn a_command_replaces_what_it_wrote_itself() {
         .expect_failure(2, &["figures/", "already exists", "from line 1 on"]);
     assert_eq!(std::fs::read(&all[0]).unwrap(), b"mine");
     // Cuts are written again where they are the same, and never replaced.
-    let cuts = "segment texture.wav --scale 1m/s2 --write-cuts t.cuts";
+    let cuts = "strokes texture.wav --scale 1m/s2 --write-cuts t.cuts --cuts-only";
     run(&folder, cuts).expect_success();
     run(&folder, cuts).expect_success();
     folder.write("t.cuts", "edited");
@@ -499,22 +499,22 @@ fn an_ending_that_is_not_ours_is_refused() {
         (WRITING[8].0, "d.flac", ".wav"),
         (WRITING[9].0, "map.png", ".sur"),
         (
-            "segment texture.wav --scale 1m/s2 --write-cuts OUT",
+            "strokes texture.wav --scale 1m/s2 --write-cuts OUT --cuts-only",
             "t.csv",
             ".cuts",
         ),
         (
-            "segment texture.wav --scale 1m/s2 --csv OUT",
+            "strokes texture.wav --scale 1m/s2 --csv OUT --cuts-only",
             "t.json",
             ".csv",
         ),
         (
-            "segment texture.wav --scale 1m/s2 --report OUT",
+            "strokes texture.wav --scale 1m/s2 --report OUT --cuts-only",
             "t.md",
             ".html",
         ),
         (
-            "noise texture.wav --scale 1m/s2 --report OUT",
+            "spectrum texture.wav --scale 1m/s2 --report OUT --rest",
             "t.pdf",
             ".html",
         ),

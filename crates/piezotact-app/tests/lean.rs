@@ -7,7 +7,7 @@ fn every_command_that_a_build_lacks_says_which_build_has_it() {
     let folder = Folder::new();
     let lacks = [
         ("study", "campaign status study", "campaign status"),
-        ("study", "matrix answers.csv --report m.html", "matrix"),
+        ("study", "answers answers.csv --report m.html", "answers"),
         ("study", "bids check data", "bids check"),
         ("study", "eeg stats a.json", "eeg stats"),
         (
@@ -16,8 +16,12 @@ fn every_command_that_a_build_lacks_says_which_build_has_it() {
             "--bench eeg",
         ),
         ("web", "serve study P01 discrimination", "serve"),
-        ("audio", "devices", "devices"),
-        ("audio", "calibrate setup.toml --tone 20", "calibrate"),
+        ("audio", "sound devices", "sound devices"),
+        (
+            "audio",
+            "sound calibrate setup.toml --tone 20",
+            "sound calibrate",
+        ),
         (
             "audio",
             "play d.wav --bench audio:setup.toml --record r.parquet",
@@ -42,18 +46,20 @@ fn every_command_that_a_build_lacks_says_which_build_has_it() {
 #[test]
 fn the_help_says_so_too() {
     let folder = Folder::new();
-    let help = folder.run(&["--help"]).out();
     for (feature, command) in [
-        ("study", "matrix"),
+        ("study", "answers"),
         ("web", "serve"),
-        ("audio", "devices"),
+        ("audio", "sound devices"),
         ("surface", "roughness"),
     ] {
+        let words: Vec<&str> = command.split(' ').collect();
+        let (name, above) = words.split_last().unwrap();
+        let help = folder.run(&[above, &["--help"]].concat()).out();
         let line = help
             .lines()
-            .find(|line| line.trim_start().starts_with(&format!("{command} ")));
+            .find(|line| line.trim_start().starts_with(&format!("{name} ")));
         let says = line.is_some_and(|line| line.contains("Not in this build"));
-        let own = folder.run(&[command, "--help"]).out();
+        let own = folder.run(&[&words[..], &["--help"]].concat()).out();
         assert_eq!(says, !has(feature), "{line:?}");
         assert_eq!(own.contains("Not in this build"), !has(feature), "{own}");
     }

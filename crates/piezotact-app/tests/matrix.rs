@@ -1,4 +1,4 @@
-//! `piezotact matrix` as a black box.
+//! `piezotact answers` as a black box.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
 use std::collections::BTreeMap;
@@ -70,7 +70,7 @@ fn of_html(text: &str) -> Cells {
 fn one_matrix_is_the_same_in_table_document_and_report() {
     let folder = Folder::new();
     folder.write("answers.csv", answers());
-    let command = "matrix answers.csv --samples SA,SB,SC,SD,SE --csv m.csv --svg m.svg --report m.html --json";
+    let command = "answers answers.csv --samples SA,SB,SC,SD,SE --csv m.csv --svg m.svg --report m.html --json";
     let words: Vec<&str> = command.split(' ').collect();
     let done = folder.run(&words);
     done.expect_success();
@@ -117,7 +117,7 @@ fn groups_and_orders_are_shown() {
     }
     folder.write("answers.csv", text.replace(',', ";"));
     let done = folder.run(&[
-        "matrix",
+        "answers",
         "answers.csv",
         "--ordering",
         "1",
@@ -152,7 +152,7 @@ fn what_gives_no_matrix_is_refused() {
     folder.write("answers.csv", answers());
     let refused = |arguments: &[&str], code: i32, parts: &[&str]| {
         folder
-            .run(&[&["matrix", "answers.csv"], arguments].concat())
+            .run(&[&["answers", "answers.csv"], arguments].concat())
             .expect_failure(code, parts);
     };
     refused(&["--task", "9"], 2, &["no answers of task 9", "tasks 3"]);
@@ -216,7 +216,7 @@ fn what_was_felt_in_confused_pairs_is_shown() {
     // The verdicts on the drives are another test's.
     let prepare = format!("prepare S1.parquet S11.parquet --transfer tf.json {bench} --out felt");
     folder.run(&prepare.split(' ').collect::<Vec<_>>());
-    let done = run("matrix answers.csv --felt felt --csv m.csv --report m.html --json");
+    let done = run("answers answers.csv --felt felt --csv m.csv --report m.html --json");
     let document = done.json();
     let felt = &document["felt"];
     assert_eq!(felt["pairs"][0]["pair"], serde_json::json!(["S1", "S11"]));
@@ -230,7 +230,7 @@ fn what_was_felt_in_confused_pairs_is_shown() {
     let criterion = &felt["pairs"][0]["comparisons"][0]["criteria"][0];
     assert_eq!(criterion["what"], "level");
     let jnd = criterion["found"].as_f64().unwrap();
-    let text = run("matrix answers.csv --felt felt");
+    let text = run("answers answers.csv --felt felt");
     let out = text.out();
     assert!(out.contains(&format!("level {jnd:.2} JND")), "{jnd}: {out}");
     assert!(out.contains("S1 – S2: "), "{out}");
@@ -269,7 +269,7 @@ fn felt_folders_by_participant_and_without_recordings() {
     }
     folder.write("all/P1/S2.wav", wav(std::iter::empty(), 5000));
     let done = folder.run(&[
-        "matrix",
+        "answers",
         "answers.csv",
         "--felt",
         "all",
@@ -304,7 +304,7 @@ fn felt_folders_by_participant_and_without_recordings() {
     std::fs::create_dir(folder.path("empty")).unwrap();
     for (felt, part) in [("empty", "named as samples"), ("gone", "expected a folder")] {
         folder
-            .run(&["matrix", "answers.csv", "--felt", felt])
+            .run(&["answers", "answers.csv", "--felt", felt])
             .expect_failure(1, &[part]);
     }
 }
@@ -325,7 +325,7 @@ fn orders_follow_the_answers_that_count() {
     }
     text += "P0,2,A,9,S1,S2,\n";
     folder.write("answers.csv", text);
-    let matrix = ["matrix", "answers.csv", "--ordering", "1"];
+    let matrix = ["answers", "answers.csv", "--ordering", "1"];
     let out = |more: &[&str]| {
         let done = folder.run(&[&matrix, more].concat());
         done.expect_success();
@@ -361,7 +361,7 @@ fn differences_are_tested_over_people() {
     folder.write("answers.csv", table(&|presented| presented));
     folder.write("other.csv", table(&|_| "SA"));
     let of = |arguments: &[&str]| {
-        let all = [&["matrix", "answers.csv"], arguments].concat();
+        let all = [&["answers", "answers.csv"], arguments].concat();
         folder.run(&all)
     };
     let found = of(&[

@@ -42,8 +42,8 @@ fn what_commands_say_has_the_digits_that_mean_something() {
         "info cuts.csv",
         "spectrum odd.wav --scale 2m/s2",
         "spectrum short.wav --scale 2m/s2",
-        "noise odd.wav --scale 2m/s2",
-        "noise silent.wav --scale 2m/s2",
+        "spectrum odd.wav --scale 2m/s2 --rest",
+        "spectrum silent.wav --scale 2m/s2 --rest",
         "score odd.wav texture.wav --scale 2m/s2",
         "score clipped.wav texture.wav --scale 2m/s2 --band 20..500",
         "score odd.wav short.wav --scale 2m/s2",
@@ -55,8 +55,8 @@ fn what_commands_say_has_the_digits_that_mean_something() {
         "render silent.wav --transfer tf.json --scale 2m/s2 --out d3.wav",
         "manipulate clipped.wav --scale 2m/s2 --band 50..100:+6dB --out m1.wav",
         "manipulate odd.wav --scale 2m/s2 --band 50..30000:+6dB --out m2.wav",
-        "segment odd.wav --scale 2m/s2",
-        "analyse odd.wav clipped.wav --scale 2m/s2 --high-pass 30000",
+        "strokes odd.wav --scale 2m/s2 --cuts-only",
+        "strokes odd.wav clipped.wav --scale 2m/s2 --high-pass 30000",
         "transfer odd.wav --drive a --response b --out t.json",
         "export odd.wav --scale 2m/s2 --out o.haptic",
     ] {
@@ -85,11 +85,11 @@ fn settings_that_cannot_be_are_refused() {
     folder.write("a.wav", wav(noise(20_000), 5_000));
     for (line, parts) in [
         (
-            "segment a.wav --speed 25",
+            "strokes a.wav --speed 25 --cuts-only",
             ["a speed with its unit (mm/s, m/s)", "found `25`"],
         ),
         (
-            "segment a.wav --scale 2m/s2 --speed 1e9m/s",
+            "strokes a.wav --scale 2m/s2 --speed 1e9m/s --cuts-only",
             ["up to 10 m/s, found 1e9 m/s", "(--speed)"],
         ),
         (
@@ -111,7 +111,7 @@ fn settings_that_cannot_be_are_refused() {
 fn a_line_of_both_mains_stands_once_in_the_report() {
     let folder = Folder::new();
     folder.write("a.wav", wav(noise(60_000), 5_000));
-    let line = "noise a.wav --scale 2m/s2 --report n.html --tables t";
+    let line = "spectrum a.wav --scale 2m/s2 --report n.html --tables t --rest";
     let words: Vec<&str> = line.split(' ').collect();
     folder.run_as_given(&words).expect_success();
     let tables = std::fs::read_dir(folder.path("t")).unwrap();

@@ -17,7 +17,14 @@ fn criteria_are_numbers() {
     ];
     let made = recorded(&mut Random::new(3), &kinds);
     folder.write("S8.csv", table(&made));
-    let found = folder.run(&["segment", "S8.csv", "--csv", "cuts.csv", "--json"]);
+    let found = folder.run(&[
+        "strokes",
+        "--cuts-only",
+        "S8.csv",
+        "--csv",
+        "cuts.csv",
+        "--json",
+    ]);
     let found = found.json();
     let take = &found["recordings"][0];
     let (strokes, rejected) = (
@@ -76,11 +83,14 @@ fn labels_reach_json_and_tables() {
         r#"{"full_scale": "3 m/s2", "labels": {"session": "2"}}"#,
     );
     let meta = ["a_7.wav", "--meta", "{sample}_{run}", "--json", "--csv"];
-    for (command, table) in [("segment", "cuts.csv"), ("analyse", "strokes.csv")] {
-        let arguments: Vec<&str> = [command].into_iter().chain(meta).chain([table]).collect();
+    for (command, table) in [
+        (&["strokes", "--cuts-only"][..], "cuts.csv"),
+        (&["strokes"], "strokes.csv"),
+    ] {
+        let arguments = [command, &meta[..], &[table]].concat();
         let labels = &folder.run(&arguments).json()["recordings"][0]["labels"];
         let expected = serde_json::json!({ "run": "7", "sample": "a", "session": "2" });
-        assert_eq!(*labels, expected, "{command}");
+        assert_eq!(*labels, expected, "{command:?}");
         let rows = std::fs::read_to_string(folder.path(table)).unwrap();
         let (header, first) = rows.split_once('\n').unwrap();
         let at = |name: &str| header.split(',').position(|column| column == name).unwrap();

@@ -12,7 +12,13 @@ fn what_is_stated_stands_in_the_recording() {
     let folder = Folder::new();
     folder.write("setup.toml", setup("pace = \"real_time\""));
     folder
-        .run(&["calibrate", "setup.toml", "--input-volts", "2.8284"])
+        .run(&[
+            "sound",
+            "calibrate",
+            "setup.toml",
+            "--input-volts",
+            "2.8284",
+        ])
         .expect_success();
     let done = folder.run(&[
         "record",

@@ -374,14 +374,20 @@ fn cuts_beside_a_recording_are_never_replaced() {
         table(&recorded(&mut Random::new(8), &[Kind::Plain; 3])),
     );
     folder
-        .run(&["segment", "S8.csv", "--write-cuts", "S8.csv.cuts"])
+        .run(&[
+            "strokes",
+            "--cuts-only",
+            "S8.csv",
+            "--write-cuts",
+            "S8.csv.cuts",
+        ])
         .expect_success();
     // No output of another kind replaces what a person edited.
     let edited = std::fs::read(folder.path("S8.csv.cuts")).unwrap();
     for command in [
-        "segment S8.csv --csv S8.csv.cuts",
-        "analyse S8.csv --report S8.csv.cuts",
-        "noise S8.csv --report S8.csv.cuts",
+        "strokes S8.csv --csv S8.csv.cuts --cuts-only",
+        "strokes S8.csv --report S8.csv.cuts",
+        "spectrum S8.csv --report S8.csv.cuts --rest",
     ] {
         let arguments: Vec<&str> = command.split(' ').collect();
         folder
@@ -392,7 +398,7 @@ fn cuts_beside_a_recording_are_never_replaced() {
     // A segment longer than every stroke is refused, however long.
     for segment in ["100000", "18446744073709551615"] {
         folder
-            .run(&["analyse", "S8.csv", "--segment", segment])
+            .run(&["strokes", "S8.csv", "--segment", segment])
             .expect_failure(1, &["found"]);
     }
 }
@@ -437,7 +443,7 @@ fn soak_a_comparison_that_does_not_fit_into_memory_is_refused_before_it_is_compu
             "the verification: 4000000 samples take about 1.04 GB of memory, and ",
         ),
         (
-            "analyse a.wav --scale '1 m/s2'",
+            "strokes a.wav --scale '1 m/s2'",
             "a.wav: its analysis: 4000000 samples take about 256 MB of memory, and ",
         ),
         (
@@ -453,21 +459,56 @@ fn soak_a_comparison_that_does_not_fit_into_memory_is_refused_before_it_is_compu
     assert_eq!(code, Some(0), "{err}");
 }
 
-/// What was given to the command that is gone is what the other program is given.
+/// A former name is refused with the present one, of whatever level; what was given to `replay` is what the other program is given.
 #[test]
-fn replay_names_the_program_that_has_it() {
+fn former_names_say_the_present_ones() {
     let folder = Folder::new();
     for (given, says) in [
+        ("segment a.csv", "is now `piezotact strokes --cuts-only`"),
+        ("analyse a.csv --by file", "is now `piezotact strokes`"),
+        ("analyze a.csv", "is now `piezotact strokes`"),
+        ("noise a.csv", "is now `piezotact spectrum --rest`"),
         (
-            &["replay", "--chapter", "3", "--out", "replay"][..],
+            "--date 2026-03-01 matrix a.csv",
+            "is now `piezotact answers`",
+        ),
+        ("align a.wav b.csv", "is now `piezotact sound align`"),
+        ("devices", "is now `piezotact sound devices`"),
+        (
+            "replay --chapter 3 --out replay",
             "./x validate replay --chapter 3 --out replay builds and runs it",
         ),
         (
-            &["replay"],
+            "replay",
             "`piezotact replay` is now `piezotact-validation replay`",
         ),
+        // What is no command and never was one: the nearest.
+        ("stroke a.csv", "'strokes'"),
+        ("panel anlyse panel", "'analyse'"),
+        ("panel align", "unrecognized subcommand 'align'"),
     ] {
-        folder.run(given).expect_failure(2, &[says]);
+        let words: Vec<&str> = given.split(' ').collect();
+        folder.run(&words).expect_failure(2, &[says]);
+    }
+    #[cfg(feature = "study")]
+    for (given, says) in [
+        (
+            "campaign dictionary roughness_jnd",
+            "is now `piezotact campaign protocol PROTOCOL --dictionary`",
+        ),
+        (
+            "campaign verify-journal study",
+            "is now `piezotact campaign verify`",
+        ),
+    ] {
+        let words: Vec<&str> = given.split(' ').collect();
+        folder.run(&words).expect_failure(2, &[says]);
     }
     assert!(folder.names().is_empty());
+    // The two spellings of a name are one command.
+    for given in [["panel", "analyze"], ["characterize", "--help"]] {
+        folder
+            .run(&[&given[..], &["--help"]].concat())
+            .expect_success();
+    }
 }

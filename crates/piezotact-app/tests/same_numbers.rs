@@ -246,7 +246,7 @@ const WITHOUT_DOCUMENT: &[&str] = &[
     "campaign new",
     "campaign simulate",
     "campaign status",
-    "campaign verify-journal",
+    "campaign verify",
     "campaign export",
     "campaign withdraw",
     "bids import",

@@ -203,7 +203,7 @@ fn killed(times: usize, seed: u64) {
         }
     }
     drop(server);
-    run(&folder, "campaign verify-journal study").expect_success();
+    run(&folder, "campaign verify study").expect_success();
     run(&folder, "campaign export study --out exported").expect_success();
     let trials = table(&folder.path("exported/trials.csv"));
     let answered: Vec<_> = trials
@@ -395,5 +395,5 @@ fn pages_lead_a_session_of_a_shared_study() {
     run(&there, "campaign export study --out exported").expect_success();
     let events = std::fs::read_to_string(there.path("exported/events/P01_naming.jsonl")).unwrap();
     assert_eq!(events.matches("the server crashed").count(), 1, "{events}");
-    run(&there, "campaign verify-journal study").expect_success();
+    run(&there, "campaign verify study").expect_success();
 }

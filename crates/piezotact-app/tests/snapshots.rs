@@ -19,14 +19,14 @@ const CHAIN: &[(&str, &str)] = &[
         "",
     ),
     ("info S4.parquet", "info"),
-    ("segment S4.parquet --report cuts.html", "segment"),
+    ("strokes S4.parquet --report cuts.html --cuts-only", "cuts"),
     (
-        "analyse S4.parquet S8.parquet --by sample --csv strokes.csv",
-        "analyse",
+        "strokes S4.parquet S8.parquet --by sample --csv strokes.csv",
+        "strokes",
     ),
     ("compare S4.parquet S8.parquet --by sample", "compare"),
     ("spectrum S4.parquet --channel acceleration", "spectrum"),
-    ("noise S4.parquet --channel acceleration", "noise"),
+    ("spectrum S4.parquet --channel acceleration --rest", "rest"),
     (
         "manipulate S8.parquet --stroke 2 --band 50..100:+6dB --loop 2s --out texture.wav",
         "manipulate",

@@ -1,4 +1,4 @@
-//! `segment`, `analyse` and `compare` as a laboratory runs them: on its own tables, and on measured files.
+//! `strokes` and `compare` as a laboratory runs them: on its own tables, and on measured files.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
 use std::fmt::Write as _;
@@ -66,7 +66,8 @@ fn strokes_and_rejects_are_listed_and_a_person_has_the_last_word() {
     folder.write("S8.csv", table(&made));
     let found = folder
         .run(&[
-            "segment",
+            "strokes",
+            "--cuts-only",
             "S8.csv",
             "--csv",
             "cuts.csv",
@@ -98,7 +99,13 @@ fn strokes_and_rejects_are_listed_and_a_person_has_the_last_word() {
 
     // The cuts as a file, edited, count from then on and are cited.
     folder
-        .run(&["segment", "S8.csv", "--write-cuts", "S8.csv.cuts"])
+        .run(&[
+            "strokes",
+            "--cuts-only",
+            "S8.csv",
+            "--write-cuts",
+            "S8.csv.cuts",
+        ])
         .expect_success();
     let cuts = std::fs::read_to_string(folder.path("S8.csv.cuts")).unwrap();
     assert!(
@@ -114,14 +121,22 @@ fn strokes_and_rejects_are_listed_and_a_person_has_the_last_word() {
         made.truths[4].contact_s.0 + 0.4,
     );
     folder.write("S8.csv.cuts", edited);
-    let again = folder.run(&["segment", "S8.csv", "--json"]).json();
+    let again = folder
+        .run(&["strokes", "--cuts-only", "S8.csv", "--json"])
+        .json();
     let take = &again["recordings"][0];
     assert_eq!(take["cuts"].as_array().unwrap().len(), 3);
     assert_eq!(take["cuts"][1]["cut_by"], "person");
     assert!(again.to_string().contains("the participant sneezed"));
     assert!(take["cuts_file"].as_str().unwrap().ends_with("S8.csv.cuts"));
     folder
-        .run(&["segment", "S8.csv", "--write-cuts", "S8.csv.cuts"])
+        .run(&[
+            "strokes",
+            "--cuts-only",
+            "S8.csv",
+            "--write-cuts",
+            "S8.csv.cuts",
+        ])
         .expect_failure(2, &["S8.csv.cuts", "would be replaced"]);
 }
 
@@ -135,7 +150,7 @@ fn an_analysis_holds_levels_friction_and_spectra() {
     folder.write("P1_S1.csv", table(&loud));
     folder.write("P1_S6.csv", table(&plain(21, 11)));
     let arguments = [
-        "analyse",
+        "strokes",
         "P1_S1.csv",
         "P1_S6.csv",
         "--meta",
@@ -383,7 +398,7 @@ fn what_cannot_be_analysed_is_refused_in_a_sentence() {
     folder.write("set.toml", "name = \"x\"\nsource = \"y\"\nplate_mm = [1.0, 1.0, 1.0]\n[[sample]]\nname = \"A\"\nra_um = 0.0\n");
     for (arguments, code, parts) in [
         (
-            &["analyse", "silent.csv"][..],
+            &["strokes", "silent.csv"][..],
             1,
             &[
                 "expected strokes, found none in silent.csv",
@@ -391,97 +406,97 @@ fn what_cannot_be_analysed_is_refused_in_a_sentence() {
             ][..],
         ),
         (
-            &["analyse", "dead.csv"],
+            &["strokes", "dead.csv"],
             1,
             &["dead.csv", "the normal force", "0 N", "cable"],
         ),
         (
-            &["analyse", "still.csv", "--every-contact"],
+            &["strokes", "still.csv", "--every-contact"],
             1,
             &["still.csv", "every channel is constant", "no vibration"],
         ),
         (
-            &["analyse", "a_b.csv"],
+            &["strokes", "a_b.csv"],
             1,
             &["a_b.csv", "8 samples", "found 3"],
         ),
         (
-            &["analyse", "S1.csv", "S1.csv"],
+            &["strokes", "S1.csv", "S1.csv"],
             2,
             &["S1.csv is given twice"],
         ),
         (
-            &["analyse", "S1.csv", "--by", "sample"],
+            &["strokes", "S1.csv", "--by", "sample"],
             2,
             &["a sample", "--meta", "{sample}"],
         ),
         (
-            &["analyse", "S1.csv", "--meta", "{sample}_{speed:mm/s}"],
+            &["strokes", "S1.csv", "--meta", "{sample}_{speed:mm/s}"],
             2,
             &["{sample}_{speed:mm/s}", "found `S1`"],
         ),
         (
-            &["analyse", "S1.csv", "--meta", "{sample"],
+            &["strokes", "S1.csv", "--meta", "{sample"],
             2,
             &["not closed"],
         ),
         (
-            &["analyse", "S1.csv", "--load", "-1"],
+            &["strokes", "S1.csv", "--load", "-1"],
             2,
             &["--load", "-1", "give it in N"],
         ),
         (
-            &["analyse", "S1.csv", "--speed", "30 N"],
+            &["strokes", "S1.csv", "--speed", "30 N"],
             2,
             &["30mm/s", "30 N"],
         ),
         (
-            &["analyse", "S1.csv", "--ridge", "3 s"],
+            &["strokes", "S1.csv", "--ridge", "3 s"],
             2,
             &["--ridge", "mm"],
         ),
         (
-            &["analyse", "S1.csv", "--high-pass", "0"],
+            &["strokes", "S1.csv", "--high-pass", "0"],
             2,
             &["above zero, or none"],
         ),
         (
-            &["analyse", "S1.csv", "--high-pass", "2500"],
+            &["strokes", "S1.csv", "--high-pass", "2500"],
             1,
             &["cut-off above 0 and below half the rate", "2500"],
         ),
         (
-            &["analyse", "S1.csv", "--segment", "100000"],
+            &["strokes", "S1.csv", "--segment", "100000"],
             1,
             &["100000"],
         ),
         (
-            &["analyse", "S1.csv", "--vibration", "nose"],
+            &["strokes", "S1.csv", "--vibration", "nose"],
             1,
             &["`nose`", "nail [m/s²]"],
         ),
         (
-            &["analyse", "S1.csv", "--normal-force", "nail"],
+            &["strokes", "S1.csv", "--normal-force", "nail"],
             1,
             &["`nail`", "N", "m/s²"],
         ),
         (
-            &["analyse", "S1.csv", "--cuts", "bad.cuts"],
+            &["strokes", "S1.csv", "--cuts", "bad.cuts"],
             1,
             &["bad.cuts", "line 1", "FROM before TO"],
         ),
         (
-            &["analyse", "S1.csv", "--set", "set.toml"],
+            &["strokes", "S1.csv", "--set", "set.toml"],
             1,
             &["set.toml", "ra_um = 0 for A"],
         ),
         (
-            &["analyse", "S1.csv", "--report", "S1.csv"],
+            &["strokes", "S1.csv", "--report", "S1.csv"],
             2,
             &["S1.csv is read and would be replaced"],
         ),
         (
-            &["analyse", "S1.csv", "--csv", "nowhere/x.csv"],
+            &["strokes", "S1.csv", "--csv", "nowhere/x.csv"],
             1,
             &["nowhere"],
         ),
@@ -509,19 +524,33 @@ fn what_cannot_be_analysed_is_refused_in_a_sentence() {
             &["just-noticeable difference", "above 0"],
         ),
         (
-            &["segment", "S1.csv", "silent.csv", "--cuts", "bad.cuts"],
+            &[
+                "strokes",
+                "--cuts-only",
+                "S1.csv",
+                "silent.csv",
+                "--cuts",
+                "bad.cuts",
+            ],
             2,
             &["expected one recording with --cuts"],
         ),
         (
-            &["segment", "S1.csv", "silent.csv", "--write-cuts", "x.cuts"],
+            &[
+                "strokes",
+                "--cuts-only",
+                "S1.csv",
+                "silent.csv",
+                "--write-cuts",
+                "x.cuts",
+            ],
             2,
             &["expected one recording with --write-cuts"],
         ),
     ] {
         folder.run(arguments).expect_failure(code, parts);
     }
-    let outside = folder.run(&["segment", "S1.csv", "--cuts", "outside.cuts"]);
+    let outside = folder.run(&["strokes", "--cuts-only", "S1.csv", "--cuts", "outside.cuts"]);
     outside.expect_success();
     assert!(
         outside
@@ -612,7 +641,7 @@ fn levels_and_durations_of_measured_fabrics_are_the_known_ones() {
                 .to_string_lossy()
                 .into_owned()
         });
-        let mut arguments = vec!["analyse"];
+        let mut arguments = vec!["strokes"];
         arguments.extend(files.iter().map(String::as_str));
         arguments.extend(["--meta", "{sample}_{run}", "--by", "file", "--json"]);
         let json = here.run(&arguments).json();
@@ -670,13 +699,13 @@ fn recordings_that_do_not_belong_together_are_told_apart() {
         compared["warnings"]
     );
     assert_eq!(compared["groups"].as_array().unwrap().len(), 2);
-    let mixed = ["analyse", "S1_a.csv", "--vibration", "nail,fz"];
+    let mixed = ["strokes", "S1_a.csv", "--vibration", "nail,fz"];
     folder
         .run(&mixed)
         .expect_failure(1, &["one unit", "`fz` in N"]);
     // A date is no condition.
     let dated = folder
-        .run(&["analyse", "2024_05_13_10_30.csv", "--json"])
+        .run(&["strokes", "2024_05_13_10_30.csv", "--json"])
         .json();
     assert_eq!(
         dated["recordings"][0]["strokes"].as_array().unwrap().len(),
@@ -684,9 +713,11 @@ fn recordings_that_do_not_belong_together_are_told_apart() {
     );
     // Leaving out more than there is leaves out what there is.
     folder.write("S1_a.csv.cuts", "\u{feff}leave-out  5   100  the rest\n");
-    let left = folder.run(&["segment", "S1_a.csv", "--json"]).json();
+    let left = folder
+        .run(&["strokes", "--cuts-only", "S1_a.csv", "--json"])
+        .json();
     let strokes = left["recordings"][0]["cuts"].as_array().unwrap().len();
     assert!(strokes > 0 && strokes < 6, "{strokes}");
-    let again = ["analyse", "S4_a.csv", "./S4_a.csv"];
+    let again = ["strokes", "S4_a.csv", "./S4_a.csv"];
     folder.run(&again).expect_failure(2, &["is given twice"]);
 }

@@ -16,13 +16,15 @@ fn active_strokes_are_found_and_analysed() {
     let folder = Folder::new();
     let asked = "acttouch --sample S4 --participant 3 --speed 30mm/s --strokes 15 --out S4.parquet";
     record(&folder, asked).expect_success();
-    let cut = folder.run(&["segment", "S4.parquet", "--json"]).json();
+    let cut = folder
+        .run(&["strokes", "--cuts-only", "S4.parquet", "--json"])
+        .json();
     assert_eq!(
         cut["recordings"][0]["cuts"].as_array().unwrap().len(),
         15,
         "{cut}"
     );
-    let said = folder.run(&["analyse", "S4.parquet", "--json"]).json();
+    let said = folder.run(&["strokes", "S4.parquet", "--json"]).json();
     let group = &said["groups"][0];
     assert_eq!(group["name"], "S4");
     // 1.36 m/s² times a person's own 15 % and 10 %, cut at two standard deviations.
@@ -41,7 +43,7 @@ fn passive_touch_shows_the_fingerprint() {
             format!("triboair --sample S1 --participant 0 --speed {speed} --out S1.parquet");
         record(&folder, &asked).expect_success();
         let said = folder
-            .run(&["analyse", "S1.parquet", "--ridge", "0.545mm", "--json"])
+            .run(&["strokes", "S1.parquet", "--ridge", "0.545mm", "--json"])
             .json();
         let found_hz = said["groups"][0]["fingerprint"]["found_hz"]
             .as_f64()
@@ -168,7 +170,7 @@ fn a_laboratory_s_file_counts_and_is_named() {
     );
     let asked = "triboair --sample S4 --participant 0 --strokes 3 --twin own.toml --out S4.parquet";
     record(&folder, asked).expect_success();
-    let said = folder.run(&["analyse", "S4.parquet", "--json"]).json();
+    let said = folder.run(&["strokes", "S4.parquet", "--json"]).json();
     let rms = said["groups"][0]["rms"]["mean"].as_f64().unwrap();
     assert!((rms / 5.0 - 1.0).abs() < 0.15, "{rms}");
     let info = folder.run(&["info", "S4.parquet"]).out();

@@ -11,7 +11,7 @@ pub enum AudioError {
     Setup(String),
     /// No host of this name.
     #[error(
-        "this program was built without the host `{found}` (only {known}): name one that `piezotact devices` lists"
+        "this program was built without the host `{found}` (only {known}): name one that `piezotact sound devices` lists"
     )]
     NoHost {
         /// The hosts there are.
@@ -24,7 +24,7 @@ pub enum AudioError {
     HostUnavailable { host: String, why: String },
     /// The device is not there. It is never replaced by another.
     #[error(
-        "there is no {direction} device `{wanted}`, only {found}: plug it in, or name one that `piezotact devices` lists"
+        "there is no {direction} device `{wanted}`, only {found}: plug it in, or name one that `piezotact sound devices` lists"
     )]
     NoDevice {
         direction: &'static str,

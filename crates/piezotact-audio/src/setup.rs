@@ -20,7 +20,7 @@ const MOST_CHANNELS: u32 = 128;
 pub struct SoundSetup {
     /// The sound system: `alsa`, `jack`, `pipewire`, `wasapi`, or `loop` for a loop within the program, with no device.
     pub host: String,
-    /// The id of the output device, as `piezotact devices` lists it.
+    /// The id of the output device, as `piezotact sound devices` lists it.
     #[serde(default)]
     pub output: String,
     /// The id of the input device.
@@ -232,7 +232,7 @@ impl SoundSetup {
         let is_loop = self.host == "loop";
         if !is_loop && (self.output.is_empty() || self.input.is_empty()) {
             return Err(wrong(
-                "the ids of an output and an input, as `piezotact devices` lists them",
+                "the ids of an output and an input, as `piezotact sound devices` lists them",
                 "none",
             ));
         }

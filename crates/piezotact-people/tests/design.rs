@@ -509,7 +509,7 @@ fn too_few_presentations_are_said_with_what_would_do() {
     );
 }
 
-/// Half-widths of simulated tables of answers that went through `piezotact matrix` one by one, with their standard errors; that of
+/// Half-widths of simulated tables of answers that went through `piezotact answers` one by one, with their standard errors; that of
 /// one presentation is enumerated.
 #[test]
 fn the_expected_interval_is_that_of_the_matrix() {

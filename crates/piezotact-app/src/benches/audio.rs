@@ -136,7 +136,7 @@ fn beside_it<T: document::Content + serde::de::DeserializeOwned>(
     // A number that is changed by hand would be taken for a measured one.
     if Made::of(&text).is_none_or(|made| !made.untouched) {
         return Err(Failure::Data(anyhow!(
-            "{}: expected the file as `piezotact calibrate` or `piezotact latency` wrote it, found that it was changed since; remove it, and measure again",
+            "{}: expected the file as `piezotact sound calibrate` or `piezotact sound latency` wrote it, found that it was changed since; remove it, and measure again",
             called()
         )));
     }

@@ -36,6 +36,7 @@ pub(crate) enum PanelCommand {
     /// Computes how much participants differ and under which condition most, the effects of load and angle, and whether
     /// an average is sufficient.
     #[command(
+        alias = "analyze",
         after_help = "Example:\n  piezotact panel analyse panel --report panel.html --csv panel.csv\n  piezotact panel analyse fingers --control control.json --band 20..1000 --json"
     )]
     Analyse(Analyse),

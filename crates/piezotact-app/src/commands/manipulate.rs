@@ -248,7 +248,7 @@ fn whole(path: &Path, channel: Option<&str>, reading: &Reading) -> Outcome<Sourc
     })
 }
 
-/// One stroke of a recording, as `analyse` sees it: cut by the rule or by a person, freed of the gesture.
+/// One stroke of a recording, as `strokes` sees it: cut by the rule or by a person, freed of the gesture.
 fn one_stroke(
     path: &Path,
     asked: Chosen,
@@ -271,7 +271,7 @@ fn one_stroke(
     let cut = texture_of_stroke(&whole, (&recording, &segmentation), number);
     let Some(cut) = cut.map_err(|error| at(error.into()))? else {
         return Err(at(anyhow!(
-            "expected a stroke from 1 to {}, found {} {number}; `piezotact segment` lists them",
+            "expected a stroke from 1 to {}, found {} {number}; `piezotact strokes --cuts-only` lists them",
             segmentation.strokes.len(),
             asked.option
         )));

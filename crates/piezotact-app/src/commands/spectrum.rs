@@ -1,4 +1,6 @@
-//! `piezotact spectrum`: the PSD of one channel, as a whole or over time.
+//! `piezotact spectrum`: the PSD of one channel, as a whole or over time, and the noise of a sensor at rest.
+
+mod rest;
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -23,6 +25,9 @@ use crate::reading::read;
 use crate::report::name;
 
 pub(crate) fn run(args: &Spectrum) -> Outcome {
+    if args.rest {
+        return rest::run(args);
+    }
     check_outputs(args)?;
     let contents = read(&args.file, &args.reading)?;
     let recording = &contents.recording;

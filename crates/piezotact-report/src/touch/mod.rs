@@ -532,7 +532,7 @@ fn signals(takes: &[AnalysedRecording], most: usize) -> Result<Markup, DrawError
     Ok(html! {
         section {
             h2 { "Signals and cuts" }
-            @if takes.len() > most { p.soft { (format!("The first {most} of {} recordings; piezotact segment --csv lists the cuts of all.", takes.len())) } }
+            @if takes.len() > most { p.soft { (format!("The first {most} of {} recordings; piezotact strokes --cuts-only --csv lists the cuts of all.", takes.len())) } }
             @for part in &parts { (part) }
         }
     })

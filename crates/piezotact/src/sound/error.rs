@@ -11,7 +11,7 @@ pub enum SoundError {
     /// The set-up states another sensitivity than it did then.
     #[error(
         "expected the sensitivity of input {channel} with which it was calibrated, {} mV per unit, found {found} in the set-up; calibrate again with \
-         `piezotact calibrate`", digits(*expected_mv)
+         `piezotact sound calibrate`", digits(*expected_mv)
     )]
     OtherSensor {
         channel: u32,

@@ -1,4 +1,4 @@
-//! The documents of a study: what `segment`, `analyse` and `compare` hand out.
+//! The documents of a study: what `strokes` and `compare` hand out.
 
 use std::collections::BTreeMap;
 

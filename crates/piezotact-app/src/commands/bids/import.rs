@@ -102,7 +102,7 @@ fn left_out(dataset: &BidsFolder, behaviour: &[ReadBehaviour], answers: &[Answer
         lines.push("participants: the data set has no table of sessions".to_owned());
     }
     lines.push(
-        "strokes (piezotact analyse cuts them again), and what was derived from recordings and answers".to_owned(),
+        "strokes (piezotact strokes cuts them again), and what was derived from recordings and answers".to_owned(),
     );
     lines
 }

@@ -26,7 +26,7 @@ enum BidsCommand {
     Export(Box<export::Arguments>),
     /// Reads a BIDS data set with touch data: recordings as Parquet files, answers and trials as tables.
     #[command(
-        after_help = "The tables are those of `piezotact campaign export`, the recordings those that `piezotact analyse` reads.\n\nExample:\n  piezotact bids import touch-bids --out imported\n  piezotact matrix imported/answers.csv --by task"
+        after_help = "The tables are those of `piezotact campaign export`, the recordings those that `piezotact strokes` reads.\n\nExample:\n  piezotact bids import touch-bids --out imported\n  piezotact answers imported/answers.csv --by task"
     )]
     Import(import::Arguments),
     /// Checks a BIDS data set beyond the official validators: every cell, sidecars against samples, people, answers.

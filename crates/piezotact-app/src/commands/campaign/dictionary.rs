@@ -1,26 +1,17 @@
-//! `piezotact campaign dictionary`: what the columns of a campaign's answers mean.
+//! `piezotact campaign protocol --dictionary`: what the columns of a campaign's answers mean.
 
-use std::path::PathBuf;
+use std::path::Path;
 
-use clap::Args;
 use piezotact_people::campaign::dictionary::{TaskDictionary, dictionary};
 
 use super::protocol_of;
 use crate::failure::Outcome;
 use crate::output::{print, print_document};
 
-#[derive(Debug, Args)]
-pub(super) struct Arguments {
-    /// A protocol (TOML), or the name of one of the library, see `piezotact campaign protocol`.
-    protocol: PathBuf,
-    /// Prints the dictionary as JSON, with the fields that BIDS has for a column.
-    #[arg(long)]
-    json: bool,
-}
-
-pub(super) fn run(args: &Arguments) -> Outcome {
-    let found = dictionary(&protocol_of(&args.protocol)?);
-    if args.json {
+/// Prints the dictionary of the protocol `named`.
+pub(super) fn run(named: &Path, json: bool) -> Outcome {
+    let found = dictionary(&protocol_of(named)?);
+    if json {
         return print_document(&found);
     }
     let tasks: Vec<String> = found.tasks.iter().map(text).collect();

@@ -12,7 +12,7 @@ pub(super) mod run;
 mod simulate;
 pub(crate) mod status;
 pub(crate) mod study;
-mod verify_journal;
+mod verify;
 mod withdraw;
 
 use std::path::Path;
@@ -46,16 +46,11 @@ enum CampaignCommand {
         after_help = "A fault is a finding, not an error: the exit code is 0 whatever is found.\n\nExample:\n  piezotact campaign design isotropic_triplets --report design.html\n  piezotact campaign design isotropic_triplets --participants 20 --json"
     )]
     Design(design::Arguments),
-    /// Writes a protocol of the library as a file to start from, or lists the library.
+    /// Writes a protocol of the library as a file to start from, lists the library, or prints the data dictionary of a protocol.
     #[command(
-        after_help = "Example:\n  piezotact campaign protocol\n  piezotact campaign protocol isotropic_triplets --out own.toml"
+        after_help = "The dictionary says what each column of the table of answers means, task by task; the columns are those that\n`piezotact answers` reads.\n\nExample:\n  piezotact campaign protocol\n  piezotact campaign protocol isotropic_triplets --out own.toml\n  piezotact campaign protocol isotropic_triplets --dictionary"
     )]
     Protocol(protocol::Arguments),
-    /// Prints the data dictionary of a campaign: what each column of its table of answers means, task by task.
-    #[command(
-        after_help = "The columns are those that `piezotact matrix` reads.\n\nExample:\n  piezotact campaign dictionary isotropic_triplets\n  piezotact campaign dictionary isotropic_triplets --json"
-    )]
-    Dictionary(dictionary::Arguments),
     /// Makes a study: a folder with the protocol, its seed, and the store of all sessions.
     #[command(
         after_help = "Example:\n  piezotact campaign new study --protocol isotropic_triplets --seed 7 --consent consent.txt"
@@ -78,7 +73,7 @@ enum CampaignCommand {
     Run(Box<run::Arguments>),
     /// Simulates a campaign with virtual volunteers on the digital twin: strokes, transfer functions, verified renderings, sessions, answers.
     #[command(
-        after_help = "The study that is made is read as any other: `piezotact matrix STUDY`, `campaign status`, `campaign export`. A simulation that was interrupted goes on with the same command.\n\nExample:\n  piezotact campaign simulate isotropic_triplets --study simulated --participants 10 --seed 7"
+        after_help = "The study that is made is read as any other: `piezotact answers STUDY`, `campaign status`, `campaign export`. A simulation that was interrupted goes on with the same command.\n\nExample:\n  piezotact campaign simulate isotropic_triplets --study simulated --participants 10 --seed 7"
     )]
     Simulate(simulate::Arguments),
     /// Prints where every session of a study stands.
@@ -88,8 +83,8 @@ enum CampaignCommand {
     #[command(after_help = "Example:\n  piezotact campaign export study --out exported")]
     Export(export::Arguments),
     /// Verifies that no stored event was changed, removed or exchanged.
-    #[command(after_help = "Example:\n  piezotact campaign verify-journal study")]
-    VerifyJournal(verify_journal::Arguments),
+    #[command(after_help = "Example:\n  piezotact campaign verify study")]
+    Verify(verify::Arguments),
     /// Stores or prints who the participants are, in an encrypted file of its own.
     #[command(
         after_help = "Example:\n  piezotact campaign identity study P01 --name \"A Name\" --contact a.name@example.org --signed 1 --passphrase secret.txt\n  piezotact campaign identity study --passphrase secret.txt"
@@ -104,7 +99,6 @@ pub(crate) fn run(args: &Campaign) -> Outcome {
     match &args.command {
         CampaignCommand::Design(args) => design::run(args),
         CampaignCommand::Protocol(args) => protocol::run(args),
-        CampaignCommand::Dictionary(args) => dictionary::run(args),
         CampaignCommand::New(args) => new::run(args),
         CampaignCommand::Join(args) => join::run(args),
         CampaignCommand::Plan(args) => plan::run(args),
@@ -112,7 +106,7 @@ pub(crate) fn run(args: &Campaign) -> Outcome {
         CampaignCommand::Simulate(args) => simulate::run(args),
         CampaignCommand::Status(args) => status::run(args),
         CampaignCommand::Export(args) => export::run(args),
-        CampaignCommand::VerifyJournal(args) => verify_journal::run(args),
+        CampaignCommand::Verify(args) => verify::run(args),
         CampaignCommand::Identity(args) => identity::run(args),
         CampaignCommand::Withdraw(args) => withdraw::run(args),
     }

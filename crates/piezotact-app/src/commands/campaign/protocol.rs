@@ -1,4 +1,4 @@
-//! `piezotact campaign protocol`: the protocols of the library, as files to start from.
+//! `piezotact campaign protocol`: the protocols of the library, as files to start from, and data dictionaries.
 
 use std::path::{Path, PathBuf};
 
@@ -7,32 +7,38 @@ use piezotact::page::{Cell, Column, Table};
 use piezotact_people::campaign::protocol::{LIBRARY, read};
 use piezotact_report::report;
 
-use super::no_protocol;
+use super::{dictionary, no_protocol};
 use crate::failure::{Outcome, usage};
 use crate::output::{print, print_document, write_text};
 use crate::places::outputs;
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// The name of a protocol of the library; without it, the library is listed.
-    name: Option<String>,
+    /// The name of a protocol of the library; with --dictionary also a protocol (TOML). Without it, the library is listed.
+    protocol: Option<PathBuf>,
+    /// Prints what each column of the table of answers means, task by task.
+    #[arg(long, requires = "protocol", conflicts_with = "out")]
+    dictionary: bool,
     /// Writes the protocol to a file (TOML) instead of standard output.
-    #[arg(long, value_name = "FILE.toml", requires = "name")]
+    #[arg(long, value_name = "FILE.toml", requires = "protocol")]
     out: Option<PathBuf>,
-    /// Prints the protocol as JSON.
-    #[arg(long, requires = "name", conflicts_with = "out")]
+    /// Prints the protocol, or its dictionary with the fields that BIDS has for a column, as JSON.
+    #[arg(long, requires = "protocol", conflicts_with = "out")]
     json: bool,
 }
 
 pub(super) fn run(args: &Arguments) -> Outcome {
     let written: Vec<&Path> = args.out.iter().map(PathBuf::as_path).collect();
     outputs(&[], &written)?;
-    let Some(name) = &args.name else {
+    let Some(named) = &args.protocol else {
         return print(&report::text(&library()?)?);
     };
-    let found = LIBRARY.iter().find(|(known, _)| known == name);
+    if args.dictionary {
+        return dictionary::run(named, args.json);
+    }
+    let found = LIBRARY.iter().find(|(known, _)| Path::new(known) == named);
     let Some((_, toml)) = found else {
-        return Err(usage(no_protocol(name)));
+        return Err(usage(no_protocol(&named.display().to_string())));
     };
     if args.json {
         return print_document(&read(toml)?);

@@ -151,7 +151,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     let study_at = args.study.display();
     match study.associations()?.is_empty() && study.places()?.is_empty() {
         false => print(&format!(
-            "see what they answered: piezotact matrix {study_at}"
+            "see what they answered: piezotact answers {study_at}"
         )),
         true => print(&format!(
             "see what they answered: piezotact campaign export {study_at} --out FOLDER"

@@ -268,7 +268,7 @@ fn strokes_of(take: &AnalysedRecording) -> Outcome<Vec<Found<'_>>> {
     let segmentation = &take.segmentation;
     if segmentation.strokes.is_empty() {
         return Err(at(anyhow!(
-            "expected strokes, found none ({} rejected); `piezotact segment` says why",
+            "expected strokes, found none ({} rejected); `piezotact strokes --cuts-only` says why",
             segmentation.rejected.len()
         )));
     }

@@ -16,15 +16,15 @@ use serde_json::Value;
 use tempfile::TempDir;
 
 use crate::arguments::{Arguments, OutputPath};
+use crate::commands::former;
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::{self, Between, interrupted};
 use crate::made::{Made, Results};
 use crate::progress::Work;
 
 /// Commands that cannot be run again, with the reason.
-const NOT_AGAIN: [(&str, &str); 3] = [
+const NOT_AGAIN: [(&str, &str); 2] = [
     ("panel add", "it changes the folder of a panel"),
-    ("replay", "`piezotact-validation replay` does it"),
     ("rerun", "it runs another command again"),
 ];
 /// The exit codes of a command that has results: done, and the verdicts of a verification.
@@ -50,8 +50,10 @@ impl Repeated {
         let words = std::iter::once("piezotact");
         let words = words.chain(made.invocation.command.iter().map(String::as_str));
         let matches = root.try_get_matches_from_mut(words).map_err(|error| {
+            let words = made.invocation.command.iter().map(String::as_str);
+            let renamed = former::renamed(&error, &root, words);
             let text = error.to_string();
-            let first = text.lines().next().unwrap_or_default();
+            let first = renamed.unwrap_or_else(|| text.lines().next().unwrap_or_default().into());
             anyhow!("the command that it states cannot be run: {first}")
         })?;
         let arguments = Arguments::of(&root, &matches);

@@ -425,7 +425,7 @@ fn commands(
             command.extend(["--speed".to_owned(), format!("{} mm/s", value("speed"))]);
             command.extend(["--seconds".to_owned(), value("seconds")]);
             command.extend(["--load".to_owned(), value("load")]);
-            let cuts = words(&["segment", &record, "--report", &path("html")]);
+            let cuts = words(&["strokes", &record, "--cuts-only", "--report", &path("html")]);
             vec![command, cuts]
         }
         _ => {
@@ -442,7 +442,7 @@ fn commands(
                     format!("--seed={seed}"),
                 ]);
             }
-            let cuts = words(&["segment", &record, "--report", &path("html")]);
+            let cuts = words(&["strokes", &record, "--cuts-only", "--report", &path("html")]);
             vec![command, cuts]
         }
     }

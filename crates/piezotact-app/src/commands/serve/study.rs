@@ -15,10 +15,10 @@ use piezotact_web::{Listed, Overview, Role, Site, Standing, StudyPages};
 
 use super::led::{PAGES, access, named};
 use super::network::Door;
+use crate::commands::answers::report_of;
 use crate::commands::campaign::export::{answers_of, zip_of};
 use crate::commands::campaign::status::completed;
 use crate::commands::campaign::study::{Study, said};
-use crate::commands::matrix::report_of;
 use crate::failure::{Failure, Outcome, sentence, usage};
 use crate::interrupt::{Between, interrupted};
 use crate::output::print;

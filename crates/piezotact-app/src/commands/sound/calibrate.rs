@@ -1,4 +1,4 @@
-//! `piezotact calibrate`: volts at full scale, sensitivities, cables and the level of the loopback of a sound device.
+//! `piezotact sound calibrate`: volts at full scale, sensitivities, cables and the level of the loopback of a sound device.
 
 use std::path::{Path, PathBuf};
 

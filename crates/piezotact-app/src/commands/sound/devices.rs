@@ -1,4 +1,4 @@
-//! `piezotact devices`: the sound devices of this computer.
+//! `piezotact sound devices`: the sound devices of this computer.
 
 use clap::Args;
 use piezotact::sound::{Answers, Offer, SoundDevices, SoundHost};

@@ -1,4 +1,4 @@
-//! `piezotact latency`: from output to input, over restarts of the streams.
+//! `piezotact sound latency`: from output to input, over restarts of the streams.
 
 use std::path::{Path, PathBuf};
 

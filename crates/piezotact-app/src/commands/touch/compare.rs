@@ -3,7 +3,7 @@
 use piezotact::quantity::{Band, Hertz};
 use piezotact::study::{ComparisonDocument, Question};
 
-use super::{analysed, check_outputs, settings, shown};
+use super::{analysed, check_outputs, settings, shown, take_all};
 use crate::cli::Compare;
 use crate::commands::score;
 use crate::failure::Outcome;
@@ -21,7 +21,8 @@ pub(crate) fn run(args: &Compare) -> Outcome {
     };
     check_outputs(&args.takes, &[&computing.csv, &computing.report])?;
     let settings = settings(computing, question)?;
-    let (study, failures) = analysed(&args.takes, &settings)?;
+    let (takes, failures) = take_all(&args.takes)?;
+    let study = analysed(takes, &failures, &settings)?;
     shown(&study, computing, || {
         print_document(&ComparisonDocument::of(&study))
     })?;

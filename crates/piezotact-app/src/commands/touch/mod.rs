@@ -1,8 +1,8 @@
-//! What `segment`, `analyse` and `compare` share: recordings read, and options as what is stated of a study.
+//! What `strokes` and `compare` share: recordings read, and options as what is stated of a study.
 
-pub(crate) mod analyse;
 pub(crate) mod compare;
-pub(crate) mod segment;
+mod cuts;
+pub(crate) mod strokes;
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -187,9 +187,12 @@ fn settings(computing: &Computing, question: Question) -> Outcome<StudySettings>
     })
 }
 
-/// Reads, cuts and analyses recordings, and says which failed.
-fn analysed(args: &Takes, settings: &StudySettings) -> Outcome<(StudyAnalysis, Failures)> {
-    let (takes, failures) = take_all(args)?;
+/// Analyses the recordings that could be cut, and says which failed.
+fn analysed(
+    takes: Vec<AnalysedRecording>,
+    failures: &Failures,
+    settings: &StudySettings,
+) -> Outcome<StudyAnalysis> {
     let sizes = takes.iter().map(|take| take.recording.len() as f64);
     let analysing = Work::of_sizes(ANALYSING, sizes.collect());
     let study = study::analyse_watched(takes, settings, &mut || analysing.one_more());
@@ -197,7 +200,7 @@ fn analysed(args: &Takes, settings: &StudySettings) -> Outcome<(StudyAnalysis, F
     drop(analysing);
     let mut study = study.inspect_err(|_also_failed| failures.say())?;
     study.failed = failures.files().to_vec();
-    Ok((study, failures))
+    Ok(study)
 }
 
 /// Writes the table and the report that are asked for, and prints the study: its document, or its warnings and lines.

@@ -1,52 +1,27 @@
-//! `piezotact noise`: the noise of a sensor at rest.
+//! `piezotact spectrum --rest`: the noise of a sensor at rest.
 
 use std::path::PathBuf;
 
 use anyhow::anyhow;
-use clap::Args;
 use piezotact::criterion::Outcome as Judged;
 use piezotact::noise::{Noise, NoiseConfig, NoiseCriterion, NoiseError, noise};
 use piezotact::number::digits;
 use piezotact::page::Shown as _;
-use piezotact::quantity::Band;
 use piezotact_report::report::{csv, html};
 
 use crate::advice::OptionWords;
-use crate::cli::Reading;
+use crate::cli::Spectrum;
 use crate::failure::{Failure, Outcome, usage};
 use crate::invocation::write_report;
 use crate::output::{print, print_document, say_warnings};
 use crate::places::outputs;
 use crate::reading::read;
 
-#[derive(Debug, Args)]
-pub(crate) struct Arguments {
-    /// A recording of the sensor at rest, 4 s or longer; 10 s or longer for the drift.
-    recording: PathBuf,
-    /// The channel; optional if there is only one, or only one of acceleration.
-    #[arg(long)]
-    channel: Option<String>,
-    /// The band of the rms, in Hz; default: 10..1000, as far as the rate allows.
-    #[arg(long, value_name = "LOW..HIGH")]
-    band: Option<Band>,
-    #[command(flatten)]
-    reading: Reading,
-    /// Writes a report.
-    #[arg(long, value_name = "OUT.html")]
-    report: Option<PathBuf>,
-    /// Prints the result as JSON.
-    #[arg(long, group = "form")]
-    json: bool,
-    /// Prints frequency, PSD and amplitude density as CSV.
-    #[arg(long, group = "form")]
-    csv: bool,
-}
-
-pub(crate) fn run(args: &Arguments) -> Outcome {
+pub(super) fn run(args: &Spectrum) -> Outcome {
     let report: Vec<_> = args.report.iter().map(PathBuf::as_path).collect();
-    outputs(&[&args.recording], &report)?;
-    let recording = read(&args.recording, &args.reading)?.recording;
-    let file = args.recording.display().to_string();
+    outputs(&[&args.file], &report)?;
+    let recording = read(&args.file, &args.reading)?.recording;
+    let file = args.file.display().to_string();
     let config = match args.band {
         Some(band_hz) => NoiseConfig::over(band_hz),
         None => match NoiseConfig::usual(recording.rate()) {

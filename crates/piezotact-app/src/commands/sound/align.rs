@@ -1,4 +1,4 @@
-//! `piezotact align`: the recording of another system on the clock of a drive.
+//! `piezotact sound align`: the recording of another system on the clock of a drive.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,4 @@
-//! `piezotact burst`: a drive with synchronisation bursts before and after it.
+//! `piezotact sound burst`: a drive with synchronisation bursts before and after it.
 
 use piezotact::align::AlignError;
 use std::path::{Path, PathBuf};

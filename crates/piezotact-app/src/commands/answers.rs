@@ -1,4 +1,4 @@
-//! `piezotact matrix`: association matrices of participants' answers.
+//! `piezotact answers`: association matrices of participants' answers.
 
 mod source;
 

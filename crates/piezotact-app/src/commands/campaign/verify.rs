@@ -1,4 +1,4 @@
-//! `piezotact campaign verify-journal`: whether what is stored is what was written.
+//! `piezotact campaign verify`: whether what is stored is what was written.
 
 use std::path::{Path, PathBuf};
 

@@ -1,0 +1,59 @@
+//! Former names of commands, which are refused with the present one.
+
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::{Command, Error};
+use piezotact_report::invocation::line_of;
+
+/// Former names, and what does the same now.
+const FORMER: [(&str, &str); 12] = [
+    ("align", "sound align"),
+    ("analyse", "strokes"),
+    ("analyze", "strokes"),
+    ("burst", "sound burst"),
+    ("calibrate", "sound calibrate"),
+    (
+        "campaign dictionary",
+        "campaign protocol PROTOCOL --dictionary",
+    ),
+    ("campaign verify-journal", "campaign verify"),
+    ("devices", "sound devices"),
+    ("latency", "sound latency"),
+    ("matrix", "answers"),
+    ("noise", "spectrum --rest"),
+    ("segment", "strokes --cuts-only"),
+];
+/// A former command that is one of another program.
+const ELSEWHERE: (&str, &str) = ("replay", "piezotact-validation replay");
+
+/// The present name of the command that `words` call by a former one, in a sentence, where `refused` is for its name.
+pub(crate) fn renamed<'w>(
+    refused: &Error,
+    root: &Command,
+    words: impl Iterator<Item = &'w str>,
+) -> Option<String> {
+    let unknown = match (refused.kind(), refused.get(ContextKind::InvalidSubcommand)) {
+        (ErrorKind::InvalidSubcommand, Some(ContextValue::String(unknown))) => unknown,
+        _ => return None,
+    };
+    let (mut command, mut names, mut rest) = (root, Vec::new(), words);
+    for word in rest.by_ref() {
+        if word == unknown {
+            names.push(word);
+            break;
+        }
+        if let Some(below) = command.find_subcommand(word) {
+            (command, names) = (below, [names, vec![word]].concat());
+        }
+    }
+    let name = names.join(" ");
+    if name == ELSEWHERE.0 {
+        let given: Vec<String> = rest.map(str::to_owned).collect();
+        let line = line_of("./x validate replay", &given);
+        return Some(format!(
+            "`piezotact {name}` is now `{}`; {line} builds and runs it",
+            ELSEWHERE.1
+        ));
+    }
+    let (_, now) = FORMER.iter().find(|(former, _)| *former == name)?;
+    Some(format!("`piezotact {name}` is now `piezotact {now}`"))
+}
