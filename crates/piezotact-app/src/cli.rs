@@ -2,6 +2,7 @@
 
 pub(crate) mod device;
 pub(crate) mod export;
+pub(crate) mod help;
 pub(crate) mod manipulate;
 pub(crate) mod panel;
 pub(crate) mod score;

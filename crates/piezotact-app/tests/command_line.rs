@@ -642,27 +642,6 @@ fn a_reader_that_leaves_is_no_error() {
 }
 
 #[test]
-fn every_command_has_help_with_an_example_and_json() {
-    let folder = Folder::new();
-    for command in [
-        "demo",
-        "info",
-        "spectrum",
-        "characterise",
-        "transfer",
-        "render",
-        "play",
-        "verify",
-    ] {
-        let help = folder.run(&[command, "--help"]).out();
-        assert!(
-            help.contains("Example:") && help.contains("--json"),
-            "{command}: {help}"
-        );
-    }
-}
-
-#[test]
 fn the_program_has_one_name_completions_and_man_pages() {
     let folder = Folder::new();
     let version = folder.run(&["--version"]).out();

@@ -298,35 +298,6 @@ fn own_measurement(folder: &Folder) {
     folder.write("own.csv", format!("time (s),nail (m/s2)\n{rows}"));
 }
 
-/// The examples in the help name options that exist: each is parsed up to its files.
-#[test]
-fn the_examples_in_the_help_are_understood() {
-    let folder = Folder::new();
-    // A console would be served until it is stopped: a file in the place of its folder is refused at once.
-    folder.write("console", "");
-    let mut ran = 0;
-    for command in COMMANDS {
-        let help = folder
-            .run_as_given(&words(&format!("{command} --help")))
-            .out();
-        let Some((_, examples)) = help.split_once("Example:") else {
-            // What only groups commands has no example of its own.
-            assert!(help.contains("Commands:\n"), "{command} has no example");
-            continue;
-        };
-        for line in examples
-            .lines()
-            .filter_map(|line| line.trim().strip_prefix("piezotact "))
-        {
-            let line = line.split(" > ").next().unwrap();
-            let arguments = words(line);
-            let done = folder.run(&arguments);
-            // Either it ran, or only its files are missing; never a matter of usage.
-            assert_ne!(done.code(), Some(2), "{line}: {}", done.err());
-            ran += 1;
-        }
-    }
-    assert!(ran >= 9, "only {ran} examples");
 }
 
 #[test]

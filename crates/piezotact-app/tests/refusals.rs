@@ -216,9 +216,9 @@ fn a_drive_goes_only_to_the_device_it_was_made_for() {
     // Without its sidecar nobody knows which gain it is for.
     play("texture.wav", BENCH).expect_failure(1, &["gain", "--gain"]);
     folder
-        .run(&[&RENDER[..], &["2 m/s2", "--rate", "44100"]].concat())
+        .run(&[&RENDER[..], &["2 m/s2", "--drive-rate", "44100"]].concat())
         .expect_success();
-    play("drive.wav", BENCH).expect_failure(1, &["44100 Hz", "48000 Hz"]);
+    play("drive.wav", BENCH).expect_failure(1, &["44100 Hz", "--drive-rate 48000"]);
     assert!(
         !folder
             .names()
@@ -288,7 +288,7 @@ fn outputs_are_looked_at_before_anything_is_done() {
             "tf.json",
             "--out",
             "d.wav",
-            "--rate",
+            "--drive-rate",
             "4000000000",
         ])
         .expect_failure(2, &["768000"]);

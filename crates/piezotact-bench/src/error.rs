@@ -11,7 +11,7 @@ use piezotact::run::{Judged, RunCriterion, SinkError};
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum DeviceError {
     /// The drive has another rate than the output.
-    #[error("cannot play: the drive is sampled at {drive}, the output of {name} runs at {output}; render with --rate {}", output.hz())]
+    #[error("cannot play: the drive is sampled at {drive}, the output of {name} runs at {output}; render with --drive-rate {}", output.hz())]
     Rate {
         drive: SampleRate,
         output: SampleRate,

@@ -288,12 +288,8 @@ pub(crate) struct Render {
     /// The channel of the texture; optional if there is only one, or only one of acceleration.
     #[arg(long)]
     pub(crate) channel: Option<String>,
-    /// The physical value of full scale in a WAV file, such as "200 m/s2"; by default it is read from the sidecar FILE.json.
-    #[arg(long, value_name = "VALUE UNIT")]
-    pub(crate) scale: Option<Measure>,
-    /// The rate of a table without a time column, in Hz.
-    #[arg(long, value_name = "HZ")]
-    pub(crate) target_rate: Option<f64>,
+    #[command(flatten)]
+    pub(crate) reading: Reading,
     /// The gain set on the amplifier; must be the one the transfer function was measured with.
     #[arg(long, value_parser = gain_name)]
     pub(crate) gain: Option<GainName>,
@@ -312,7 +308,7 @@ pub(crate) struct Render {
     pub(crate) level: Level,
     /// The rate of the drive, in Hz.
     #[arg(long, default_value_t = 48_000, value_name = "HZ", value_parser = clap::value_parser!(u32).range(1_000..=768_000))]
-    pub(crate) rate: u32,
+    pub(crate) drive_rate: u32,
     /// How the transfer function is inverted: plain (division, as in the thesis), constant (regularised), coherence
     /// (regularised and reduced where the coherence is low), or drive-limited (reduced where the target needs the largest
     /// drive, until the drive fits the device).

@@ -33,8 +33,7 @@ pub(crate) enum PanelCommand {
         after_help = "Options are only needed for what a file does not state; an option that contradicts the file is refused.\n\nExample:\n  piezotact panel add panel tf.json --participant P03 --load 0.2 --angle 20 --placement 2 --repeat 1"
     )]
     Add(Add),
-    /// Computes how much participants differ and under which condition most, the effects of load and angle, and whether
-    /// an average is sufficient.
+    /// Computes how much participants differ, the effects of load and angle, and whether an average is sufficient.
     #[command(
         alias = "analyze",
         after_help = "Example:\n  piezotact panel analyse panel --report panel.html --csv panel.csv\n  piezotact panel analyse fingers --control control.json --band 20..1000 --json"

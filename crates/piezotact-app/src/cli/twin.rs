@@ -25,8 +25,7 @@ pub(crate) enum TwinCommand {
         after_help = "Example:\n  piezotact twin surface S4 --out map.sur\n  piezotact twin surface M8 --size 4mm --step 4um --out M8.sur"
     )]
     Surface(crate::commands::twin::surface::Arguments),
-    /// Stands in for a device with a finger on it: a client of a JACK server that hears what `audio:SETUP.toml` plays and answers on its
-    /// inputs, in a process of its own.
+    /// Stands in for a sound device with a finger on it, as a JACK client that answers what `audio:SETUP.toml` plays.
     #[command(
         after_help = "Start a server first, such as jackd -d dummy -r 48000 -p 1024. The channels of the set-up are connected as soon as a program opens\nthem. With [force] file = \"force.txt\" in the set-up, its force cell writes there.\n\nExample:\n  piezotact twin plant setup.toml --participant 3 --load 0.2\n  piezotact characterise --bench audio:setup.toml --out tf.json"
     )]

@@ -81,13 +81,13 @@ pub(crate) fn command() -> clap::Command {
     let command = crate::parts::with_options(Cli::command());
     #[cfg(not(feature = "every-command"))]
     let command = lacking::marked(command);
-    command
+    cli::help::grouped(command)
 }
 
 /// Does what `words` ask for, the first of which is the name of the program.
 pub(crate) fn run(words: &[OsString]) -> Outcome {
-    let mut command = command();
-    let parsed = command.try_get_matches_from_mut(words);
+    let (mut command, asked) = cli::help::asked(command(), words);
+    let parsed = command.try_get_matches_from_mut(asked);
     let matches = match parsed {
         Ok(matches) => matches,
         Err(error) => {
@@ -183,7 +183,7 @@ commands! {
         after_help = "The score is the largest difference in spectrum, level and balance of low and high frequencies, above the detection\nthreshold, in JND. It does not depend on which realisation of a texture was recorded. Verdict: below the just-noticeable\ndifference (75 % of judgements correct) when the whole 95 % interval is below 1 JND; distinguishable when the whole\ninterval is above the published range (2.5 dB); otherwise not decided. The exit code is 0 for every verdict.\n\nExample:\n  piezotact score texture.wav measured.parquet --scale \"200 m/s2\" --report score.html\n  piezotact score S8.wav S8-synthetic.wav --scale \"200 m/s2\" --band 20..500 --json"
     )]
     Score(cli::Score) => score::run,
-    /// Cuts recordings into strokes and computes their vibration, spectral and friction features, for each stroke and averaged.
+    /// Cuts recordings into strokes and computes vibration, spectral and friction features of each, and their averages.
     #[command(
         after_help = "With --cuts-only the strokes are cut and listed, with the rejected parts and their reasons. The file RECORDING.cuts, beside the\nrecording, can be edited by hand; all commands then apply it.\n\nExample:\n  piezotact strokes S*.parquet --by sample --report chapter3.html --csv strokes.csv\n  piezotact strokes bench/*.csv --meta '{participant}_{sample}_{speed:mm/s}mmps' --ridge 0.545mm --json\n  piezotact strokes S8.parquet --cuts-only --report cuts.html\n  piezotact strokes S8.parquet --cuts-only --write-cuts S8.parquet.cuts"
     )]
@@ -209,14 +209,14 @@ commands! {
     Bids(bids::Bids) => bids::run,
     /// Analyses EEG: epochs, event-related desynchronisation, and what differs over participants.
     Eeg(eeg::Eeg) => eeg::run,
-    /// Leads a session with a participant on pages of a browser (experimenter, participant, one to look on), shows a study, or opens the console of a bench.
+    /// Leads a session with a participant on pages of a browser, shows a study, or opens the console of a bench.
     #[command(
         after_help = "A session is the same as that of `piezotact campaign run`, which goes on with it, and the other way round. STUDY alone shows\nits sessions with their reports, matrices and tables. Without STUDY, --bench opens the console of that\nbench. The pages are served on this machine only, unless --network opens them to others; the addresses that are printed\nhold the codes that let a page in.\n\nExample:\n  piezotact serve study P01 discrimination --drives P01 --bench twin:participant=1,seed=7\n  piezotact serve study P01 discrimination --by-hand --network 192.168.1.10 --password password.txt\n  piezotact serve --bench twin:participant=1,seed=7"
     )]
     Serve(serve::Arguments) => serve::run,
     /// Measures, collects, analyses and averages the transfer functions of a panel of participants.
     Panel(cli::panel::Panel) => panel::run,
-    /// Sound hardware: devices, their calibration and latency; the recording of another system on the clock of a drive.
+    /// Lists, calibrates and measures sound devices; aligns what another system recorded with the drive.
     Sound(sound::Sound) => sound::run,
     /// Exports a texture, a drive or a transfer function for other devices and programs, and lists what the format loses.
     #[command(

@@ -46,7 +46,7 @@ enum CampaignCommand {
         after_help = "A fault is a finding, not an error: the exit code is 0 whatever is found.\n\nExample:\n  piezotact campaign design isotropic_triplets --report design.html\n  piezotact campaign design isotropic_triplets --participants 20 --json"
     )]
     Design(design::Arguments),
-    /// Writes a protocol of the library as a file to start from, lists the library, or prints the data dictionary of a protocol.
+    /// Writes a protocol of the library as a file, lists the library, or prints the data dictionary of a protocol.
     #[command(
         after_help = "The dictionary says what each column of the table of answers means, task by task; the columns are those that\n`piezotact answers` reads.\n\nExample:\n  piezotact campaign protocol\n  piezotact campaign protocol isotropic_triplets --out own.toml\n  piezotact campaign protocol isotropic_triplets --dictionary"
     )]
@@ -71,7 +71,7 @@ enum CampaignCommand {
         after_help = "Every answer is on the disk before it is shown as noted. /help in the session explains the keys.\n\nExample:\n  piezotact campaign run study P01 measurement --experimenter AB\n  piezotact campaign run study P01 discrimination --drives P01 --bench twin:participant=1,seed=7"
     )]
     Run(Box<run::Arguments>),
-    /// Simulates a campaign with virtual volunteers on the digital twin: strokes, transfer functions, verified renderings, sessions, answers.
+    /// Simulates a campaign with virtual volunteers on the digital twin, from their strokes to their answers.
     #[command(
         after_help = "The study that is made is read as any other: `piezotact answers STUDY`, `campaign status`, `campaign export`. A simulation that was interrupted goes on with the same command.\n\nExample:\n  piezotact campaign simulate isotropic_triplets --study simulated --participants 10 --seed 7"
     )]

@@ -11,7 +11,7 @@ use piezotact_bench::Bench;
 
 use super::strokes::{Texture, Textures};
 use super::{Arguments, LevelRule, file};
-use crate::cli::{Finger, Level, Render};
+use crate::cli::{Finger, Level, Reading, Render};
 use crate::commands::play::played;
 use crate::commands::render::{self, Done};
 use crate::commands::verify::verified;
@@ -209,12 +209,14 @@ fn request(args: &Arguments, textures: &Textures) -> Render {
         out: place("drives", "wav"),
         band: args.band,
         channel: None,
-        scale: None,
-        target_rate: None,
+        reading: Reading {
+            scale: None,
+            rate: None,
+        },
         gain: None,
         device: None,
         level: Level::Fit,
-        rate: args.drive_rate,
+        drive_rate: args.drive_rate,
         inverse: args.inverse,
         phase: crate::cli::PhaseName::Linear,
         mode: args.mode,

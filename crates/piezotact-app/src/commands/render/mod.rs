@@ -23,7 +23,7 @@ use piezotact_bench::document::{RenderDocument, RenderNames};
 use piezotact_bench::{Bench, ProcedureError, RunPlan};
 use piezotact_dataset::sidecar::{Rendering, Sidecar, sidecar_path};
 use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
-use piezotact_dataset::{ReadOptions, RunFolder, read_device, read_transfer};
+use piezotact_dataset::{RunFolder, read_device, read_transfer};
 
 use crate::cli::{InverseName, Level, PhaseName, Render};
 use crate::failure::bench_failure;
@@ -34,7 +34,7 @@ use crate::memory::fits;
 use crate::output::{print, say_warnings};
 use crate::places::{folder_of, outputs, recording_files};
 use crate::progress::{Words, Work};
-use crate::reading::{inspected, rate_option, texture};
+use crate::reading::{read, texture};
 use crate::report::name;
 use batch::Batch;
 use looped::Corrected;
@@ -226,12 +226,7 @@ pub(super) struct Done {
 impl Job<'_> {
     pub(super) fn done(&self, args: &Render) -> Outcome<Done> {
         let function = self.function(args)?;
-        let options = ReadOptions {
-            scale: args.scale.clone(),
-            rate: rate_option(args.target_rate)?,
-            ..ReadOptions::default()
-        };
-        let contents = inspected(self.target, &options)?;
+        let contents = read(self.target, &args.reading)?;
         let texture = texture(self.target, &contents.recording, args.channel.as_deref())?;
         let response = function.response().iter().flat_map(|h| [h.re, h.im]);
         let asked = Asked {
@@ -254,7 +249,7 @@ impl Job<'_> {
             (texture.amplified(Decibels(level)), level),
         );
         let rendering = Rendering::of(&drive, &name(self.target), level);
-        write_drive(&self.out, &drive, args.rate, rendering.clone())?;
+        write_drive(&self.out, &drive, args.drive_rate, rendering.clone())?;
         earlier.map_or(Ok(()), Earlier::settle)?;
         if let (Some(path), Some(corrected)) = (&self.record, &corrected) {
             corrected.keep(path, rendering)?;
@@ -329,7 +324,7 @@ pub(crate) fn lineage(
 }
 
 pub(super) fn config_of(args: &Render) -> Outcome<RenderConfig> {
-    let rate = SampleRate::new(f64::from(args.rate)).map_err(usage)?;
+    let rate = SampleRate::new(f64::from(args.drive_rate)).map_err(usage)?;
     let mut config = RenderConfig::over(args.band, rate);
     if args.allow_clipping {
         config.clipping = Overload::Allow;
@@ -556,7 +551,7 @@ impl Done {
             out: &self.out,
         };
         let looped = self.corrected.as_ref().map(|corrected| &corrected.looped);
-        RenderDocument::of(names, &self.drive, (args.rate, self.level_db), looped)
+        RenderDocument::of(names, &self.drive, (args.drive_rate, self.level_db), looped)
     }
 }
 

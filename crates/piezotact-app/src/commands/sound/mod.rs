@@ -46,7 +46,7 @@ enum SoundCommand {
         after_help = "Median, 95 % and 99 % are stored beside the set-up, and stand in every later recording.\n\nExample:\n  piezotact sound latency setup.toml\n  piezotact sound latency setup.toml --restarts 200 --json"
     )]
     Latency(latency::Arguments),
-    /// Adds a synchronisation burst before and after a drive, so that what another system records can be aligned whatever the drive is.
+    /// Adds synchronisation bursts to a drive, by which what another system records is aligned whatever the drive is.
     #[command(
         after_help = "The burst before the drive sweeps the band upwards, that after it downwards; where they are stands in the sidecar, where `piezotact sound align`\nfinds it. Keep the sidecar beside the file.\n\nExample:\n  piezotact sound burst drive.wav --out with.wav\n  piezotact sound burst drive.wav --band 80..500 --duration 1 --peak 0.1 --out with.wav"
     )]
