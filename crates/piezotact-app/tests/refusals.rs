@@ -459,6 +459,25 @@ fn soak_a_comparison_that_does_not_fit_into_memory_is_refused_before_it_is_compu
     assert_eq!(code, Some(0), "{err}");
 }
 
+/// An option that needs another says which; where the other is needed anyway, that is said.
+#[test]
+fn an_option_that_needs_another_says_so() {
+    let folder = Folder::new();
+    for (given, says) in [
+        ("spectrum a.csv --band 10..20", "--band needs --rest"),
+        ("spectrum a.csv --report=a.html", "--report needs --rest"),
+        (
+            "render a.wav --transfer t.json --out d.wav --discard-raw",
+            "--discard-raw needs --mode",
+        ),
+        ("info a.csv --figures f", "unexpected argument '--figures'"),
+        ("characterise --bench twin", "--out <OUT>"),
+    ] {
+        let words: Vec<&str> = given.split(' ').collect();
+        folder.run(&words).expect_failure(2, &[says]);
+    }
+}
+
 /// A former name is refused with the present one, of whatever level; what was given to `replay` is what the other program is given.
 #[test]
 fn former_names_say_the_present_ones() {

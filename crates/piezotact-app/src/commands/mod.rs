@@ -11,7 +11,6 @@ mod demo;
 #[cfg(feature = "study")]
 mod eeg;
 mod export;
-pub(crate) mod former;
 mod info;
 #[cfg(not(feature = "every-command"))]
 mod lacking;
@@ -21,6 +20,7 @@ pub(crate) mod panel;
 mod play;
 mod prepare;
 mod record;
+pub(crate) mod refusal;
 mod render;
 pub(crate) mod rerun;
 #[cfg(feature = "surface")]
@@ -91,8 +91,9 @@ pub(crate) fn run(words: &[OsString]) -> Outcome {
     let matches = match parsed {
         Ok(matches) => matches,
         Err(error) => {
-            let words = words.iter().skip(1).filter_map(|word| word.to_str());
-            match former::renamed(&error, &command, words) {
+            let given = words.iter().skip(1).filter_map(|word| word.to_str());
+            let sentence = refusal::renamed(&error, &command, given);
+            match sentence.or_else(|| refusal::needing(&error, &command, words)) {
                 Some(sentence) => return Err(usage(anyhow!(sentence))),
                 None => refused(&error),
             }

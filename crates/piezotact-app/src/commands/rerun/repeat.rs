@@ -16,7 +16,7 @@ use serde_json::Value;
 use tempfile::TempDir;
 
 use crate::arguments::{Arguments, OutputPath};
-use crate::commands::former;
+use crate::commands::refusal;
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::{self, Between, interrupted};
 use crate::made::{Made, Results};
@@ -51,7 +51,7 @@ impl Repeated {
         let words = words.chain(made.invocation.command.iter().map(String::as_str));
         let matches = root.try_get_matches_from_mut(words).map_err(|error| {
             let words = made.invocation.command.iter().map(String::as_str);
-            let renamed = former::renamed(&error, &root, words);
+            let renamed = refusal::renamed(&error, &root, words);
             let text = error.to_string();
             let first = renamed.unwrap_or_else(|| text.lines().next().unwrap_or_default().into());
             anyhow!("the command that it states cannot be run: {first}")

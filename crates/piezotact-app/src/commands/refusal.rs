@@ -1,4 +1,6 @@
-//! Former names of commands, which are refused with the present one.
+//! Command lines that are refused with what to write instead: former names of commands, and options that need others.
+
+use std::ffi::OsString;
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Command, Error};
@@ -56,4 +58,40 @@ pub(crate) fn renamed<'w>(
     }
     let (_, now) = FORMER.iter().find(|(former, _)| *former == name)?;
     Some(format!("`piezotact {name}` is now `piezotact {now}`"))
+}
+
+/// Which of `words` needs an option that is missing, in a sentence, where `refused` is for it.
+pub(crate) fn needing(refused: &Error, root: &Command, words: &[OsString]) -> Option<String> {
+    let missing = missing_in(refused);
+    words.iter().enumerate().skip(1).find_map(|(at, word)| {
+        let option = word.to_str().filter(|word| word.starts_with("--"))?;
+        let name = option.split('=').next()?;
+        // Without the option, or without it and its value.
+        let unneeded = [at + 1, at + 2].into_iter().find_map(|end| {
+            let rest = words.get(end..)?;
+            let without = [words.get(..at)?, rest].concat();
+            let still = match root.clone().try_get_matches_from(without) {
+                Ok(_) => Vec::new(),
+                Err(error) if error.kind() == ErrorKind::MissingRequiredArgument => {
+                    missing_in(&error)
+                }
+                Err(_) => return None,
+            };
+            missing.iter().find(|one| !still.contains(one))
+        })?;
+        let needed = unneeded.split(' ').next()?;
+        Some(format!(
+            "{name} needs {needed}: give both, or leave {name} out"
+        ))
+    })
+}
+
+/// The arguments that `refused` misses.
+fn missing_in(refused: &Error) -> Vec<String> {
+    match (refused.kind(), refused.get(ContextKind::InvalidArg)) {
+        (ErrorKind::MissingRequiredArgument, Some(ContextValue::Strings(missing))) => {
+            missing.clone()
+        }
+        _ => Vec::new(),
+    }
 }
