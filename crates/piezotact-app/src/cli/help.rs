@@ -476,7 +476,7 @@ mod tests {
             for option in options {
                 let mut own = command.get_arguments();
                 assert!(
-                    own.any(|one| one.get_long() == Some(option)),
+                    own.any(|one| one.get_long() == Some(*option)),
                     "{name} has no option --{option}"
                 );
             }

@@ -44,7 +44,8 @@ pub(crate) fn renamed<'w>(
             break;
         }
         if let Some(below) = command.find_subcommand(word) {
-            (command, names) = (below, [names, vec![word]].concat());
+            command = below;
+            names.push(word);
         }
     }
     let name = names.join(" ");
