@@ -298,8 +298,6 @@ fn own_measurement(folder: &Folder) {
     folder.write("own.csv", format!("time (s),nail (m/s2)\n{rows}"));
 }
 
-}
-
 #[test]
 fn links_of_the_documents_lead_somewhere() {
     let mut documents = pages("docs/guide");
