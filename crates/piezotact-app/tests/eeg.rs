@@ -181,7 +181,7 @@ fn the_drift_of_two_clocks_is_found() {
 }
 
 #[test]
-fn epochs_are_counted_and_averaged() {
+fn epochs_are_counted() {
     let folder = Folder::new();
     let mut made = recording(&NAMES[..4], 10, 0.5, 2);
     // A blink in the third epoch, of surface M8.
@@ -219,10 +219,10 @@ fn epochs_are_counted_and_averaged() {
         (Some(4), Some(1))
     );
     assert_eq!(counts[1]["left_out"].as_u64(), Some(1));
-    assert_eq!(document["evoked"][0]["mean_v"].as_array().unwrap().len(), 4);
+    assert_eq!(document["version"], 2);
     let report = read(&folder, "e.html");
-    assert!(report.contains("Evoked responses") && report.contains("Reference: average"));
-    assert!(read(&folder, "e.csv").lines().count() > 2000);
+    assert!(report.contains("Reference: average"));
+    assert_eq!(read(&folder, "e.csv").lines().nth(1), Some("M8,5,4,1,0"));
 }
 
 /// One task of one person: the power at C3 falls by the share that the recording was made with, and not at C4.
@@ -361,12 +361,36 @@ fn tasks_are_compared_over_people() {
         "eeg stats 1_control.json 1_natural.json --gradient control,imagery",
     )
     .expect_failure(2, &["imagery"]);
+    earlier_documents_are_refused(&folder, "1_control.json");
     let done = with_events(
         &folder,
         "eeg erd sub-01_task-control_eeg.vhdr --window 0.3,0.8 --out other.json",
     );
     done.expect_success();
     run(&folder, "eeg stats other.json 1_natural.json").expect_failure(1, &["differ in window"]);
+}
+
+/// Documents of the first version are made again; those that independent components cleaned are named.
+fn earlier_documents_are_refused(folder: &Folder, name: &str) {
+    let mut document: serde_json::Value = serde_json::from_str(&read(folder, name)).unwrap();
+    let fields = document.as_object_mut().unwrap();
+    fields.remove("invocation");
+    fields.insert("version".into(), 1.into());
+    let refused = |name: &str, parts: &[&str], document: &serde_json::Value| {
+        folder.write(name, document.to_string().as_bytes());
+        run(folder, &format!("eeg stats {name} {name}")).expect_failure(1, parts);
+    };
+    let again = "make it again with `piezotact eeg erd`";
+    let version = "expected version 2 of the document `eeg_erd`, found version 1";
+    refused("v1.json", &["v1.json", version, again], &document);
+    document["eye_components"] = serde_json::json!({ "iterations": 9 });
+    let parts = [
+        "ica.json",
+        version,
+        "independent components",
+        "docs/guide/mne.md",
+    ];
+    refused("ica.json", &parts, &document);
 }
 
 #[test]
@@ -543,18 +567,4 @@ fn bad_electrodes_are_interpolated_and_markers_come_from_a_table() {
         "{}",
         info.out()
     );
-    // Components in the place of the regression, shown in the report.
-    let ica = format!(
-        "{command}{surfaces} --without C3 --high-pass 1 --eog F3,F4 --ica 4 --report i.html"
-    );
-    let done = run(&folder, &ica);
-    done.expect_success();
-    assert!(
-        done.out().contains("of 4 independent components taken out"),
-        "{}",
-        done.out()
-    );
-    assert!(read(&folder, "i.html").contains("Independent components"));
-    run(&folder, &format!("{command}{surfaces} --ica 4")).expect_failure(2, &["--eog"]);
-    run(&folder, &format!("{ica} --ica-correlation 1.5")).expect_failure(2, &["at most 1"]);
 }

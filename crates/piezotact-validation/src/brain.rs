@@ -14,7 +14,7 @@ use piezotact_people::eeg::contrast::{Contrast, paired};
 use piezotact_people::eeg::epochs::{Continuous, CutConfig, Epochs, Event, cut};
 use piezotact_people::eeg::erd::{ErdConfig, Mode, desynchronisation, map};
 use piezotact_people::eeg::reference::Montage;
-use piezotact_people::eeg::tfr::{Method, Power, TfrConfig, TfrPlan};
+use piezotact_people::eeg::tfr::{Power, TfrConfig, TfrPlan};
 use piezotact_twin::Participant;
 use piezotact_twin::eeg::{EegProtocol, REST, Task, record};
 
@@ -146,7 +146,6 @@ fn session(
     )?)?;
     let plan = TfrPlan::plan(
         &TfrConfig {
-            method: Method::Morlet,
             frequencies_hz: FREQUENCIES_HZ.to_vec(),
             cycles: FREQUENCIES_HZ.map(|_| CYCLES).to_vec(),
             decimation: DECIMATION,

@@ -21,6 +21,11 @@ pub trait Content: Serialize {
     const SCHEMA: &'static str;
     /// The version of its form. It rises when a field is removed or changes its meaning; a new field leaves it as it is.
     const VERSION: u32 = 1;
+
+    /// Why a document of an earlier version with these fields is not read, and how it is made again; `None` for one that is read.
+    fn outdated(_version: u64, _fields: &Map<String, Value>) -> Option<String> {
+        None
+    }
 }
 
 /// A value with the name and the version of its form.
@@ -121,6 +126,16 @@ pub enum DocumentError {
         known: u32,
         found: u64,
     },
+    /// It was written by an earlier version of the program, and its form is no longer read.
+    #[error("expected version {known} of the document `{schema}`, found version {found}: {why}")]
+    Earlier {
+        schema: &'static str,
+        /// The version that is read.
+        known: u32,
+        found: u64,
+        /// Why it is not read, and how it is made again.
+        why: String,
+    },
     /// It is not JSON, or a field is missing or wrong.
     #[error(
         "expected a document `{expected}`, found something else: {source}; write it again with this program"
@@ -138,7 +153,7 @@ pub enum DocumentError {
 /// Source: docs/decisions/documents.md.
 ///
 /// # Errors
-/// [`DocumentError`] for a document of another kind or of a newer version, and for a text that is no document.
+/// [`DocumentError`] for a document of another kind, of a newer version or of an earlier one that is no longer read, and for a text that is no document.
 pub fn read<T: Content + DeserializeOwned>(text: &str) -> Result<T, DocumentError> {
     let expected = T::SCHEMA;
     let wrong = |source| DocumentError::Content { expected, source };
@@ -163,6 +178,14 @@ pub fn read<T: Content + DeserializeOwned>(text: &str) -> Result<T, DocumentErro
             schema: expected,
             known: T::VERSION,
             found: version,
+        });
+    }
+    if let Some(why) = T::outdated(version, &fields) {
+        return Err(DocumentError::Earlier {
+            schema: expected,
+            known: T::VERSION,
+            found: version,
+            why,
         });
     }
     serde_json::from_value(Value::Object(fields)).map_err(wrong)

@@ -26,7 +26,7 @@ use piezotact_people::association::Association;
 use piezotact_people::campaign::dictionary::DataDictionary;
 use piezotact_people::campaign::overview::CampaignDesign;
 use piezotact_people::campaign::protocol::Protocol;
-use piezotact_people::eeg::evoked::EegEpochs;
+use piezotact_people::eeg::counts::EegEpochs;
 use piezotact_people::eeg::group::EegStats;
 use piezotact_people::eeg::info::EegInfo;
 use piezotact_people::eeg::person::EegErd;

@@ -74,13 +74,6 @@ pub enum EegWarning {
         #[serde(flatten)]
         what: NotCommon,
     },
-    /// Independent components that may not be those of the eyes.
-    #[error("{fault}; {}", fault.advice())]
-    #[serde(rename = "eeg_ica")]
-    Ica {
-        #[serde(flatten)]
-        fault: IcaFault,
-    },
     /// Changes of power are biased.
     #[error("{channel}: {}; {}", by.sentence(*epochs), by.advice())]
     #[serde(rename = "eeg_biased")]
@@ -132,51 +125,6 @@ impl Bias {
     }
 }
 
-/// What is doubtful about independent components.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
-#[serde(tag = "fault", rename_all = "snake_case")]
-pub enum IcaFault {
-    /// ICA stopped before its rule.
-    #[error(
-        "ICA stopped after {iterations} iterations with a change of {change:.1e}, and {wanted:.1e} was asked for: components may be mixed"
-    )]
-    NotConverged {
-        iterations: usize,
-        change: f64,
-        wanted: f64,
-    },
-    /// Independent components of signals that hold slow drifts.
-    #[error(
-        "the signals contain changes below {wanted_hz} Hz, so that independent components may describe drifts instead of blinks"
-    )]
-    NoHighPass { wanted_hz: f64 },
-    /// No independent component follows the eyes.
-    #[error(
-        "no independent component was removed, as the largest correlation with an EOG channel is {correlation:.2} ({eog}) and {wanted:.2} was asked \
-            for: blinks may still be in the signals"
-    )]
-    NoEyeComponent {
-        eog: String,
-        correlation: f64,
-        wanted: f64,
-    },
-}
-
-impl IcaFault {
-    /// What a person can do.
-    fn advice(&self) -> String {
-        match self {
-            Self::NotConverged { .. } => "give more samples or fewer components".into(),
-            Self::NoHighPass { wanted_hz } => {
-                format!("filter with a high-pass of {wanted_hz} Hz or more before ICA")
-            }
-            Self::NoEyeComponent { .. } => {
-                "look at the components, state a lower correlation, or take the regression".into()
-            }
-        }
-    }
-}
-
 /// What some of the documents of a study do not have.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "what", rename_all = "snake_case")]
@@ -216,9 +164,6 @@ pub enum LeftOutElectrodes {
     /// Channels that a table calls bad are left out.
     #[error("the table of channels beside the file calls them bad")]
     CalledBad,
-    /// Channels without a position are left out of a current source density.
-    #[error("their positions are not known, which the current source density needs")]
-    NoPosition,
 }
 
 impl LeftOutElectrodes {
@@ -226,7 +171,6 @@ impl LeftOutElectrodes {
     fn advice(&self) -> &'static str {
         match self {
             Self::CalledBad => "name all channels to analyse them",
-            Self::NoPosition => "state their positions to analyse them",
         }
     }
 }

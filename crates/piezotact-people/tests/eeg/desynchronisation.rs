@@ -7,7 +7,7 @@ use piezotact_people::eeg::epochs::Epochs;
 use piezotact_people::eeg::erd::{self, Erd, ErdConfig, Mode, Order, desynchronisation};
 use piezotact_people::eeg::filter::{Fir, Pass};
 use piezotact_people::eeg::tfr::TfrError;
-use piezotact_people::eeg::tfr::{Method, TfrConfig, TfrPlan, Window};
+use piezotact_people::eeg::tfr::{TfrConfig, TfrPlan, Window};
 use piezotact_people::eeg::{EegWarning, Smeared};
 
 use super::{epochs, names};
@@ -30,7 +30,6 @@ fn rate() -> SampleRate {
 fn plan(cycles: f64) -> TfrPlan {
     let frequencies_hz: Vec<f64> = (8..=12).map(f64::from).collect();
     let config = TfrConfig {
-        method: Method::Morlet,
         cycles: vec![cycles; frequencies_hz.len()],
         frequencies_hz,
         decimation: 5,

@@ -2,7 +2,7 @@
 
 use piezotact::quantity::SampleRate;
 use piezotact_people::eeg::cluster::{self, ClusterConfig, Grid, Tail, Tried};
-use piezotact_people::eeg::tfr::{Method, TfrConfig, TfrPlan};
+use piezotact_people::eeg::tfr::{TfrConfig, TfrPlan};
 
 use super::{assert_relative, epochs, names};
 use crate::shared_data::shared;
@@ -68,7 +68,6 @@ fn morlet_power_is_that_of_mne() {
         .collect();
     let given = epochs(&names(&["C3", "Cz", "C4"]), count, 1000.0, 0.0, volts);
     let config = TfrConfig {
-        method: Method::Morlet,
         frequencies_hz: npz.read("freqs"),
         cycles: npz.read("n_cycles"),
         decimation: 5,

@@ -4,7 +4,7 @@ use cpu_time::ProcessTime;
 use piezotact::quantity::{Band, Hertz, SampleRate};
 use piezotact::statistics::random::Random;
 use piezotact_people::eeg::cluster;
-use piezotact_people::eeg::tfr::{Method, TfrConfig, TfrPlan, Window};
+use piezotact_people::eeg::tfr::{TfrConfig, TfrPlan, Window};
 
 use super::epochs;
 use super::reference::Npz;
@@ -37,7 +37,6 @@ fn measure_eeg_against_mne() {
     let frequencies_hz: Vec<f64> = (4..41).map(f64::from).collect();
     for decimation in [1, 2, 5, 10] {
         let config = TfrConfig {
-            method: Method::Morlet,
             cycles: frequencies_hz.iter().map(|f| f / 2.0).collect(),
             frequencies_hz: frequencies_hz.clone(),
             decimation,

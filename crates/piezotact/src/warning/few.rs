@@ -60,10 +60,6 @@ pub enum Few {
         smallest_p: f64,
         tests: usize,
     },
-    /// Samples of an independent component analysis.
-    IcaSamples { components: usize },
-    /// Electrodes of a current source density.
-    DensityElectrodes,
     /// Sections of a roughness profile, each a cut-off long.
     Sections { cutoff_m: f64 },
 }
@@ -96,8 +92,6 @@ impl Few {
             }
             Self::Segments => "segment",
             Self::Restarts => "restart",
-            Self::IcaSamples { .. } => "sample",
-            Self::DensityElectrodes => "electrode",
             Self::Sections { .. } => "section",
         };
         counted(found, what)
@@ -164,11 +158,6 @@ impl Few {
                     ),
                 };
             }
-            Self::IcaSamples { components } => {
-                let components = counted(*components, "component");
-                return format!("of {components}, some may be those of noise");
-            }
-            Self::DensityElectrodes => "the current source density is coarse",
             Self::Sections { cutoff_m } => {
                 let cutoff_mm = rounded(cutoff_m * 1e3);
                 return format!("one section is as long as the cut-off, {cutoff_mm} mm");
@@ -193,8 +182,6 @@ impl Few {
             Self::Segments => "record longer",
             Self::Restarts => "measure more restarts",
             Self::ParticipantsOfClusters { .. } => "measure more participants",
-            Self::IcaSamples { .. } => "give more samples or fewer components",
-            Self::DensityElectrodes => "take the average reference, or record with more electrodes",
             Self::Sections { .. } => "measure a longer line, or state the cut-off",
         }
     }

@@ -1,9 +1,9 @@
-//! `piezotact eeg epochs`: epochs around markers, counted and averaged.
+//! `piezotact eeg epochs`: epochs around markers, counted.
 
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use piezotact_people::eeg::evoked::{EegEpochs, evoked};
+use piezotact_people::eeg::counts::EegEpochs;
 use piezotact_people::eeg::prepare::{PrepareConfig, PrepareError, Prepared, prepare_at};
 use piezotact_people::eeg::reference::Montage;
 use piezotact_people::eeg::source::{Segment, Subject};
@@ -34,8 +34,8 @@ pub(crate) struct Arguments {
     min_epochs: usize,
     #[command(flatten)]
     preparing: Preparing,
-    /// Writes the averages: one row for each condition, channel and time.
-    #[arg(long, value_name = "EVOKED.csv")]
+    /// Writes how many epochs there are: one row for each condition.
+    #[arg(long, value_name = "EPOCHS.csv")]
     csv: Option<PathBuf>,
     /// Writes a report.
     #[arg(long, value_name = "REPORT.html")]
@@ -56,7 +56,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     outputs_beside(&read, &written)?;
     let found = found(args)?;
     if let Some(path) = &args.csv {
-        write_text(path, &report::csv(&found.evoked_table())?)?;
+        write_text(path, &report::csv(&found.counts.table())?)?;
     }
     if let Some(path) = &args.report {
         write_report(path, &html(&found.page(), &OptionWords)?)?;
@@ -86,7 +86,7 @@ fn found(args: &Arguments) -> Outcome<EegEpochs> {
         participant: stated(participant.unwrap_or_default()),
         task: stated(prepared.task.clone()),
     };
-    Ok(evoked(
+    Ok(EegEpochs::of(
         &crate::report::name(&args.file),
         &subject,
         &prepared,
@@ -117,8 +117,6 @@ fn text(found: &EegEpochs) -> Outcome<String> {
     if let Some(refused) = found.counts.refused_table() {
         parts.push(report::text(&refused)?);
     }
-    parts.extend(found.eye_components.as_ref().map(|one| one.sentence()));
-    parts.push(found.peak_sentences().join("\n"));
     parts.push(found.config.steps().join("\n"));
     Ok(parts.join("\n\n"))
 }

@@ -8,12 +8,12 @@ use piezotact_dataset::eeg::{EegSource, read_electrodes};
 use piezotact_people::eeg::person::{EegErd, PersonConfig, PersonError, Positions, Region, person};
 use piezotact_people::eeg::reference::Montage;
 use piezotact_people::eeg::source::is_lettered;
-use piezotact_people::eeg::tfr::{Method, TfrConfig};
+use piezotact_people::eeg::tfr::TfrConfig;
 use piezotact_report::report::{self, html};
 
 use super::epochs::prepared;
 use super::options::{
-    BandOption, CyclesOption, Frequencies, OrderOption, Preparing, RegionOption, Span,
+    BandOption, CyclesOption, OrderOption, Preparing, RegionOption, Span, covering,
 };
 use super::{Source, of_file, outputs_beside, subject};
 use crate::advice::OptionWords;
@@ -24,6 +24,12 @@ use crate::places::has_ending;
 
 /// Regions where none is stated: those of these that were recorded.
 const USUAL_REGIONS: [&str; 3] = ["C3", "Cz", "C4"];
+
+/// From one frequency of the wavelets to the next, Hz.
+const STEP_HZ: f64 = 1.0;
+
+/// From one time of the maps to the next, s: at most the smear of the usual wavelets, as a cluster test needs maps without holes.
+const STEP_S: f64 = 0.05;
 
 /// Measured electrodes are hardly further from the places of their names, degrees.
 const MOST_OFF_DEG: f64 = 40.0;
@@ -49,7 +55,7 @@ pub(crate) struct Arguments {
     )]
     window: Span,
     /// The first and the last time of epochs from the marker, s; default: baseline and window, and as much more as wavelets reach.
-    #[arg(long, value_name = "FROM,TO", allow_hyphen_values = true)]
+    #[arg(long, hide = true, value_name = "FROM,TO", allow_hyphen_values = true)]
     epoch: Option<Span>,
     /// A band; several are allowed.
     #[arg(long, value_name = "NAME=LOW..HIGH", default_value = "alpha=8..12")]
@@ -57,27 +63,18 @@ pub(crate) struct Arguments {
     /// A region, and the electrodes whose changes are averaged; several are allowed. Default: C3, Cz and C4, those of them that were recorded.
     #[arg(long, value_name = "NAME=ELECTRODES")]
     region: Vec<RegionOption>,
-    /// The frequencies of the wavelets, Hz; default: each whole Hz from 2 Hz below the lowest band to 30 Hz, or as far above as bands reach.
-    #[arg(long, value_name = "LOW..HIGH:STEP")]
-    frequencies: Option<Frequencies>,
     /// The cycles of the wavelets: a number, or f/2 for half the frequency in Hz (80 ms SD at every frequency).
-    #[arg(long, value_name = "CYCLES", default_value = "f/2")]
+    #[arg(long, hide = true, value_name = "CYCLES", default_value = "f/2")]
     cycles: CyclesOption,
-    /// Multitapers with this product of length and bandwidth, in place of Morlet wavelets.
-    #[arg(long, value_name = "PRODUCT")]
-    multitaper: Option<f64>,
-    /// From one time of the maps to the next, s; means over baseline and window are of all samples.
-    #[arg(long, value_name = "SECONDS", default_value = "0.05", value_parser = step)]
-    step: f64,
     /// What is averaged before the baseline is divided.
-    #[arg(long, value_enum, default_value = "power-first")]
+    #[arg(long, hide = true, value_enum, default_value = "power-first")]
     order: OrderOption,
     /// The fewest epochs of a surface.
-    #[arg(long, value_name = "COUNT", default_value_t = 10)]
+    #[arg(long, hide = true, value_name = "COUNT", default_value_t = 10)]
     min_epochs: usize,
     /// Measured positions of electrodes: a table with columns name, x (to the right), y (to the front) and z (up). Default: those of the
     /// names of the 10-10 system.
-    #[arg(long, value_name = "TABLE.tsv")]
+    #[arg(long, hide = true, value_name = "TABLE.tsv")]
     electrodes: Option<PathBuf>,
     #[command(flatten)]
     preparing: Preparing,
@@ -90,14 +87,6 @@ pub(crate) struct Arguments {
     /// Prints the result as JSON.
     #[arg(long)]
     json: bool,
-}
-
-/// A time above 0, at most the smear of the usual wavelets: a cluster test needs maps without holes.
-fn step(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(step_s) if step_s > 0.0 && step_s <= 0.1 => Ok(step_s),
-        _ => Err("expected a time above 0 and at most 0.1 s, such as 0.05".to_owned()),
-    }
 }
 
 pub(crate) fn run(args: &Arguments) -> Outcome {
@@ -161,15 +150,8 @@ fn found(args: &Arguments) -> Outcome<EegErd> {
 }
 
 fn config(args: &Arguments, source: &EegSource) -> Outcome<PersonConfig> {
-    let method = match args.multitaper {
-        Some(time_bandwidth) => Method::Multitaper { time_bandwidth },
-        None => Method::Morlet,
-    };
-    let Frequencies { range, step_hz } = match args.frequencies {
-        Some(stated) => stated,
-        None => Frequencies::covering(args.band.iter().map(|option| option.0.hz)).map_err(usage)?,
-    };
-    let power = TfrConfig::over(method, range, step_hz, args.cycles.0).map_err(usage)?;
+    let range = covering(args.band.iter().map(|option| option.0.hz)).map_err(usage)?;
+    let power = TfrConfig::over(range, STEP_HZ, args.cycles.0).map_err(usage)?;
     let channels = source.segments[0].recording.channels().iter();
     let names: Vec<String> = channels.map(|channel| channel.name.clone()).collect();
     let regions = match args.region.is_empty() {
@@ -201,7 +183,7 @@ fn config(args: &Arguments, source: &EegSource) -> Outcome<PersonConfig> {
     };
     Ok(PersonConfig {
         power,
-        step_s: args.step,
+        step_s: STEP_S,
         bands: args.band.iter().map(|option| option.0.clone()).collect(),
         regions,
         baseline_s: args.baseline.0,
@@ -237,7 +219,6 @@ fn text(found: &EegErd) -> Outcome<String> {
         found.counts.sentence(),
     ];
     parts.extend(found.preparation.steps());
-    parts.extend(found.eye_components.as_ref().map(|one| one.sentence()));
     parts.extend(found.no_map_sentence());
     if let Some(refused) = found.counts.refused_table() {
         parts.push(report::text(&refused)?);

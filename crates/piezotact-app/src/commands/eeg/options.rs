@@ -9,15 +9,9 @@ use piezotact_people::eeg::epochs::{Criterion, CutConfig};
 use piezotact_people::eeg::erd::Order;
 use piezotact_people::eeg::filter::Pass;
 use piezotact_people::eeg::person::{NamedBand, Region};
-use piezotact_people::eeg::prepare::{
-    ChannelChoice, EyeMethod, IndependentComponents, MarkerChoice, PrepareConfig, Reference,
-};
-use piezotact_people::eeg::reference::CsdConfig;
+use piezotact_people::eeg::prepare::{ChannelChoice, MarkerChoice, PrepareConfig, Reference};
 use piezotact_people::eeg::source::StatedChannel;
 use piezotact_people::eeg::tfr::Cycles;
-
-/// The radius of a head, m.
-const HEAD_M: f64 = 0.095;
 
 #[derive(Debug, Args)]
 pub(super) struct Preparing {
@@ -34,11 +28,12 @@ pub(super) struct Preparing {
     event: Vec<Choice>,
     /// A table of markers that is read in the place of those of the file: columns onset (s from its first sample), duration, and `trial_type` or value
     /// (BIDS `_events.tsv`).
-    #[arg(long, value_name = "EVENTS.tsv")]
+    #[arg(long, hide = true, value_name = "EVENTS.tsv")]
     pub(super) events: Option<PathBuf>,
     /// The electrodes, separated by commas; default: all.
     #[arg(
         long,
+        hide = true,
         value_name = "NAMES",
         value_delimiter = ',',
         conflicts_with = "without"
@@ -48,32 +43,22 @@ pub(super) struct Preparing {
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     without: Vec<String>,
     /// Passes frequencies above this one, Hz, without delay.
-    #[arg(long, value_name = "HZ")]
+    #[arg(long, hide = true, value_name = "HZ")]
     high_pass: Option<f64>,
     /// Passes frequencies below this one, Hz, without delay.
-    #[arg(long, value_name = "HZ")]
+    #[arg(long, hide = true, value_name = "HZ")]
     low_pass: Option<f64>,
     /// Takes away the mains and its multiples, Hz, separated by commas: 50,100.
-    #[arg(long, value_name = "HZ", value_delimiter = ',')]
+    #[arg(long, hide = true, value_name = "HZ", value_delimiter = ',')]
     notch: Vec<f64>,
-    /// EOG channels, separated by commas: their part in the others is taken away by regression, or with --ica by independent components.
+    /// EOG channels, separated by commas: their part in the others is taken away by regression.
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     eog: Vec<String>,
-    /// Looks for so many independent components (`FastICA`), and takes those out that follow an EOG channel, in the place of the regression. The report
-    /// shows them.
-    #[arg(long, value_name = "COMPONENTS", requires = "eog")]
-    ica: Option<usize>,
-    /// The least correlation of a component with an EOG channel to be taken out, 0–1.
-    #[arg(long, value_name = "R", default_value_t = 0.7, requires = "ica", value_parser = correlation)]
-    ica_correlation: f64,
-    /// The seed of the first directions of components: another seed may mix them otherwise.
-    #[arg(long, value_name = "SEED", default_value_t = 1, requires = "ica")]
-    ica_seed: u64,
     /// Electrodes whose signals are computed from those of the others by spherical splines, separated by commas; `bad` stands for those that the
     /// table of channels beside the file calls bad.
     #[arg(long, value_name = "NAMES|bad", value_delimiter = ',')]
     interpolate: Vec<String>,
-    /// The reference: `as-recorded`, `average` of all electrodes, `csd` (current source density), or names of channels, separated by
+    /// The reference: `as-recorded`, `average` of all electrodes, or names of channels, separated by
     /// commas.
     #[arg(long, value_name = "REFERENCE", default_value = "as-recorded")]
     reference: Referred,
@@ -81,10 +66,10 @@ pub(super) struct Preparing {
     #[arg(long, value_name = "UV")]
     reject_above: Option<f64>,
     /// Rejects epochs in which a channel spans less than this, µV peak to peak: it is flat.
-    #[arg(long, value_name = "UV")]
+    #[arg(long, hide = true, value_name = "UV")]
     reject_below: Option<f64>,
     /// Rejects epochs in which a channel drifts by more than this, µV over the epoch.
-    #[arg(long, value_name = "UV")]
+    #[arg(long, hide = true, value_name = "UV")]
     reject_drift: Option<f64>,
 }
 
@@ -122,13 +107,6 @@ impl Preparing {
             },
             filters: passes.into_iter().flatten().collect(),
             eog: self.eog.clone(),
-            eyes: self.ica.map_or(EyeMethod::Regression, |components| {
-                EyeMethod::Components(IndependentComponents {
-                    components,
-                    seed: self.ica_seed,
-                    least_correlation: self.ica_correlation,
-                })
-            }),
             interpolated: self.interpolated(stated),
             reference: self.reference.0.clone(),
             criteria: criteria.into_iter().flatten().collect(),
@@ -156,14 +134,6 @@ impl Preparing {
             }
         }
         names
-    }
-}
-
-/// A correlation in size.
-fn correlation(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(r) if r > 0.0 && r <= 1.0 => Ok(r),
-        _ => Err("expected a correlation above 0 and at most 1, such as 0.7".to_owned()),
     }
 }
 
@@ -199,12 +169,11 @@ impl FromStr for Referred {
         Ok(Self(match text {
             "as-recorded" => Reference::AsRecorded,
             "average" => Reference::Average,
-            "csd" => Reference::CurrentSourceDensity(CsdConfig::perrin_1989(HEAD_M)),
             names => {
                 let names: Vec<String> = names.split(',').map(|n| n.trim().to_owned()).collect();
                 if names.iter().any(String::is_empty) {
                     return Err(format!(
-                        "expected as-recorded, average, csd or names of channels, found `{text}`"
+                        "expected as-recorded, average or names of channels, found `{text}`"
                     ));
                 }
                 Reference::Channels(names)
@@ -284,37 +253,13 @@ impl FromStr for RegionOption {
     }
 }
 
-/// Frequencies: `6..30:1`.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Frequencies {
-    pub(super) range: Band,
-    pub(super) step_hz: f64,
-}
-
-impl Frequencies {
-    /// Each whole Hz that `bands` need: from 2 Hz below the lowest one to 30 Hz, or the highest one.
-    pub(super) fn covering(bands: impl Iterator<Item = Band>) -> Result<Self, QuantityError> {
-        let ends = bands.map(|band| [band.low().0, band.high().0]);
-        let [low, high] = ends.fold([f64::INFINITY, 30.0], |[low, high], [from, to]| {
-            [low.min(from), high.max(to)]
-        });
-        Ok(Self {
-            range: Band::new(Hertz((low - 2.0).floor().max(1.0)), Hertz(high.ceil()))?,
-            step_hz: 1.0,
-        })
-    }
-}
-
-impl FromStr for Frequencies {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let wrong = || format!("expected LOW..HIGH:STEP in Hz, such as 6..30:1; found `{text}`");
-        let (range, step) = text.split_once(':').unwrap_or((text, "1"));
-        let range: Band = range.parse().map_err(|_no_band| wrong())?;
-        let step_hz = step.trim().parse().map_err(|_no_number| wrong())?;
-        Ok(Self { range, step_hz })
-    }
+/// Frequencies that `bands` need: from 2 Hz below the lowest one to 30 Hz, or the highest one.
+pub(super) fn covering(bands: impl Iterator<Item = Band>) -> Result<Band, QuantityError> {
+    let ends = bands.map(|band| [band.low().0, band.high().0]);
+    let [low, high] = ends.fold([f64::INFINITY, 30.0], |[low, high], [from, to]| {
+        [low.min(from), high.max(to)]
+    });
+    Band::new(Hertz((low - 2.0).floor().max(1.0)), Hertz(high.ceil()))
 }
 
 /// Cycles of wavelets: `7`, or `f/2`.

@@ -374,16 +374,6 @@ pub enum EpochsError {
         /// By what the first was rejected.
         why: String,
     },
-    /// More components than independent directions.
-    #[error(
-        "{found} components were asked for, but the signals have {rank} independent directions (an average reference takes one away)"
-    )]
-    Components {
-        /// How many were asked for.
-        found: usize,
-        /// How many there can be.
-        rank: usize,
-    },
     /// No channel of one kind.
     #[error("at least one EOG channel and one other are needed: name them")]
     NoEog,

@@ -13,6 +13,7 @@ use piezotact::Warning;
 use piezotact::criterion::{Criterion, Outcome};
 use piezotact::document::Content;
 use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
 
 use super::contrast::Contrast;
 use super::erd::Mode;
@@ -254,6 +255,12 @@ pub struct EegStats {
 
 impl Content for EegStats {
     const SCHEMA: &'static str = "eeg_stats";
+    const VERSION: u32 = 2;
+
+    fn outdated(version: u64, _: &Map<String, Value>) -> Option<String> {
+        (version < 2)
+            .then(|| "make it again with `piezotact eeg erd` and `piezotact eeg stats`".to_owned())
+    }
 }
 
 /// What differs between tasks over people, of one document for each person and task; changes in % or dB.

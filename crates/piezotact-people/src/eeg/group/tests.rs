@@ -6,7 +6,7 @@ use crate::eeg::person::{Change, ChangeMap, NamedBand, Region, Smear};
 use crate::eeg::prepare::{ChannelChoice, EpochCounts, PrepareConfig, Reference};
 use crate::eeg::reference::Montage;
 use crate::eeg::source::Subject;
-use crate::eeg::tfr::{Method, TfrConfig};
+use crate::eeg::tfr::TfrConfig;
 use crate::eeg::warning::code_and_cause;
 use crate::eeg::{EegWarning, ElectrodesFault, MarkersFault};
 use piezotact::Warning;
@@ -74,7 +74,6 @@ fn document(participant: usize, task: &str, percent: f64) -> EegErd {
             channels: ChannelChoice::AllBut(Vec::new()),
             filters: Vec::new(),
             eog: Vec::new(),
-            eyes: crate::eeg::prepare::EyeMethod::Regression,
             interpolated: Vec::new(),
             reference: Reference::Average,
             criteria: vec![Rejecting::PeakToPeak { above_v: 1e-4 }],
@@ -82,7 +81,6 @@ fn document(participant: usize, task: &str, percent: f64) -> EegErd {
         },
         config: PersonConfig {
             power: TfrConfig {
-                method: Method::Morlet,
                 frequencies_hz: hz.to_vec(),
                 cycles: hz.map(|f| f / 2.0).to_vec(),
                 decimation: 1,
@@ -102,7 +100,6 @@ fn document(participant: usize, task: &str, percent: f64) -> EegErd {
             min_epochs: 10,
         },
         rate_hz: SampleRate::new(500.0).unwrap(),
-        eye_components: None,
         counts: EpochCounts {
             conditions: Vec::new(),
             not_whole: Vec::new(),

@@ -1,6 +1,5 @@
 //! The desynchronisation of one person in one task, as a document: by surface, band and region, on the scalp, over time and frequency.
 
-mod components;
 mod error;
 mod maps;
 mod page;
@@ -10,8 +9,8 @@ use piezotact::document::Content;
 use piezotact::quantity::{Band, SampleRate};
 use piezotact::warning::Warnings;
 use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
 
-use super::clean::EyeComponents;
 use super::epochs::{CutConfig, Epochs};
 use super::erd::{BIAS_POINTS, Changes, Erd, ErdConfig, ErdMap, Mode, Order, changes};
 use super::filter::Pass;
@@ -220,9 +219,6 @@ pub struct EegErd {
     pub rate_hz: SampleRate,
     /// Which markers have an epoch.
     pub counts: EpochCounts,
-    /// The independent components, where eye movements were taken out by them.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub eye_components: Option<EyeComponents>,
     /// The surfaces, in the order in which they were asked for.
     pub surfaces: Vec<String>,
     /// How far wavelets smear.
@@ -247,6 +243,19 @@ pub struct EegErd {
 
 impl Content for EegErd {
     const SCHEMA: &'static str = "eeg_erd";
+    const VERSION: u32 = 2;
+
+    /// The first version also held what independent components, multitapers and current source densities gave.
+    fn outdated(version: u64, fields: &Map<String, Value>) -> Option<String> {
+        let again = "make it again with `piezotact eeg erd`";
+        let in_mne = "clean the recording with MNE (docs/guide/mne.md), export it, and make the document again with `piezotact eeg erd`";
+        (version < 2).then(|| match fields.contains_key("eye_components") {
+            true => format!(
+                "eye movements were taken out by independent components, which is now done in MNE; {in_mne}"
+            ),
+            false => again.to_owned(),
+        })
+    }
 }
 
 /// Where electrodes are.
@@ -324,7 +333,6 @@ pub fn person(
         config: config.clone(),
         rate_hz: epochs.rate(),
         counts: prepared.counts.clone(),
-        eye_components: prepared.eye_components.clone(),
         surfaces: surfaces.clone(),
         smears: smears(config, &plan),
         regions: Vec::new(),

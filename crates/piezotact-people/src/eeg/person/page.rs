@@ -6,11 +6,28 @@ use piezotact::page::{Block, Cell, Column, Page, Table};
 
 use super::{Change, EegErd, NamedBand, PersonConfig, head_map, time_frequency_panel};
 use crate::eeg::erd::Order;
-use crate::eeg::evoked::drawn_channels;
-use crate::eeg::tfr::Method;
 
 /// The convention of signs and colours, below each figure.
 pub(in crate::eeg) const SIGNS: &str = "Negative (blue): desynchronisation, less power than in the baseline; positive (red): synchronisation.";
+
+/// Channels that are drawn where they were recorded.
+const DRAWN: [&str; 3] = ["C3", "Cz", "C4"];
+
+/// The channels that figures show: C3, Cz and C4 where they are there, else the first three.
+fn drawn_channels(channels: &[String]) -> Vec<usize> {
+    let known: Vec<usize> = DRAWN
+        .iter()
+        .filter_map(|name| {
+            channels
+                .iter()
+                .position(|own| own.eq_ignore_ascii_case(name))
+        })
+        .collect();
+    match known.is_empty() {
+        true => (0..channels.len().min(DRAWN.len())).collect(),
+        false => known,
+    }
+}
 
 /// Times in words: "−1.5 to −0.5 s".
 pub(in crate::eeg) fn span_text([from, to]: [f64; 2]) -> String {
@@ -47,16 +64,10 @@ impl PersonConfig {
     pub fn steps(&self) -> Vec<String> {
         let hz = &self.power.frequencies_hz;
         let (low, high) = (hz[0], hz[hz.len() - 1]);
-        let method = match self.power.method {
-            Method::Morlet => "Morlet wavelets".to_owned(),
-            Method::Multitaper { time_bandwidth } => {
-                format!("Multitapers of time-bandwidth {}", rounded(time_bandwidth))
-            }
-        };
         let cycles = &self.power.cycles;
         vec![
             format!(
-                "{method} from {} to {} Hz (frequencies: {}), {} to {} cycles",
+                "Morlet wavelets from {} to {} Hz (frequencies: {}), {} to {} cycles",
                 rounded(low),
                 rounded(high),
                 hz.len(),
@@ -347,10 +358,6 @@ impl EegErd {
             .filter_map(|channel| self.time_figure(channel))
             .map(Block::Figure)
             .collect();
-        let components = self.eye_components.iter();
-        let components: Vec<Block> = components
-            .flat_map(|found| found.blocks(&self.positions))
-            .collect();
         let mut counts = vec![
             Block::Text {
                 text: self.counts.sentence(),
@@ -367,7 +374,6 @@ impl EegErd {
         .section("Scalp", scalp)
         .section("Time and frequency", figures)
         .section("Method", [Block::Steps { steps }])
-        .section("Independent components", components)
         .section("Epochs", counts)
         .warnings(&self.warnings)
     }

@@ -42,7 +42,6 @@ pub(super) fn prepared(channels: &[&str], epochs: usize, seed: u64) -> Prepared 
             channels: ChannelChoice::AllBut(Vec::new()),
             filters: Vec::new(),
             eog: Vec::new(),
-            eyes: crate::eeg::prepare::EyeMethod::Regression,
             interpolated: Vec::new(),
             reference: Reference::AsRecorded,
             criteria: vec![Criterion::PeakToPeak { above_v: 1e-4 }],
@@ -51,7 +50,6 @@ pub(super) fn prepared(channels: &[&str], epochs: usize, seed: u64) -> Prepared 
         task: "control".into(),
         onsets_s: (0..epochs).map(|i| 5.0 * i as f64).collect(),
         epochs: Epochs::new(names, conditions, rate, first_s, volts).unwrap(),
-        eye_components: None,
         counts: EpochCounts {
             conditions: vec![ConditionCount {
                 condition: "S2".into(),
@@ -70,7 +68,6 @@ pub(super) fn config(order: Order) -> PersonConfig {
     let frequencies_hz: Vec<f64> = (6..=14).map(f64::from).collect();
     PersonConfig {
         power: TfrConfig {
-            method: crate::eeg::tfr::Method::Morlet,
             cycles: frequencies_hz.iter().map(|hz| hz / 2.0).collect(),
             frequencies_hz,
             decimation: 1,

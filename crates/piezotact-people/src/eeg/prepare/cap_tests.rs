@@ -2,7 +2,6 @@
 
 use super::tests::config;
 use super::*;
-use crate::eeg::warning::code_and_cause;
 use crate::eeg::{EegWarning, ElectrodesFault};
 use piezotact::quantity::{Seconds, Unit};
 use piezotact::recording::{Channel, Condition, Event, Provenance, Recording};
@@ -175,77 +174,26 @@ fn bad_electrodes_are_interpolated_from_the_others_and_said_to_be() {
 }
 
 #[test]
-fn eye_movements_go_with_the_component_that_follows_them() {
-    let (recording, at, montage) = cap();
+fn blinks_go_by_regression_and_alpha_stays() {
+    let (recording, at, _) = cap();
     let plain = config(&[("touch", "touch")]);
-    let asked = |eyes, least_hz: Option<f64>| PrepareConfig {
-        filters: least_hz.map(Pass::Above).into_iter().collect(),
+    let asked = PrepareConfig {
         eog: vec!["VEOG".into(), "HEOG".into()],
-        eyes,
         ..plain.clone()
     };
-    let ica = |least_correlation| {
-        EyeMethod::Components(IndependentComponents {
-            components: 4,
-            seed: 1,
-            least_correlation,
-        })
-    };
     let before = of_cap(&recording, &at, &plain).unwrap();
-    let found = of_cap(&recording, &at, &asked(ica(0.7), None)).unwrap();
-    let components = found.eye_components.clone().unwrap();
-    assert_eq!(components.channels, montage.channels);
-    let [taken] = components.taken_out()[..] else {
-        panic!("one component is the blink: {}", components.sentence())
-    };
-    assert_eq!(components.components[taken].eog, "VEOG");
-    assert!(
-        found
-            .epochs
-            .channels()
-            .iter()
-            .all(|name| !name.contains("EOG"))
-    );
-    // Fp1 loses its blinks; C3 keeps its alpha.
-    let of = |prepared: &Prepared, channel: usize| spread(prepared.epochs.channel(channel));
-    assert!(
-        of(&found, 0) < 0.2 * of(&before, 0),
-        "{} {}",
-        of(&found, 0),
-        of(&before, 0)
-    );
-    let wave = |prepared: &Prepared| prepared.epochs.channel(8).to_vec();
-    let same = piezotact::statistics::correlation(&wave(&found), &wave(&before));
-    assert!(same > 0.95, "{same}");
-    // Slow drifts are a warning, unless they are filtered away; no component that follows the eyes is another.
-    let codes = |prepared: &Prepared| -> Vec<String> {
-        let codes = prepared.warnings.iter().map(code_and_cause);
-        // Far from both sources electrodes record little.
-        codes
-            .filter(|code| code != "eeg_electrodes_doubtful/quiet")
-            .collect()
-    };
-    assert_eq!(codes(&found), ["eeg_ica/no_high_pass"]);
-    let strict = of_cap(&recording, &at, &asked(ica(1.0), Some(1.0))).unwrap();
-    assert!(codes(&strict).contains(&"eeg_ica/no_eye_component".to_owned()));
-    assert!(strict.eye_components.unwrap().taken_out().is_empty());
-    let regressed = of_cap(&recording, &at, &asked(EyeMethod::Regression, None)).unwrap();
-    // The regression takes away what changes within an epoch; the level of each stays.
+    let found = of_cap(&recording, &at, &asked).unwrap();
+    let names = found.epochs.channels().iter();
+    assert!(names.into_iter().all(|name| !name.contains("EOG")));
+    // What changes within an epoch is taken away; the level of each stays.
     let within = |prepared: &Prepared| -> f64 {
         let epochs = &prepared.epochs;
         let each = (0..epochs.count()).map(|epoch| spread(epochs.signal(0, epoch)));
         each.sum::<f64>() / epochs.count() as f64
     };
-    let left = within(&regressed) / within(&before);
-    assert!(regressed.eye_components.is_none() && left < 0.3, "{left}");
-    let many = EyeMethod::Components(IndependentComponents {
-        components: 21,
-        seed: 1,
-        least_correlation: 0.7,
-    });
-    let said = of_cap(&recording, &at, &asked(many, None)).unwrap_err();
-    assert!(
-        said.to_string().contains("have 20 independent directions"),
-        "{said}"
-    );
+    let left = within(&found) / within(&before);
+    assert!(left < 0.3, "{left}");
+    let wave = |prepared: &Prepared| prepared.epochs.channel(8).to_vec();
+    let same = piezotact::statistics::correlation(&wave(&found), &wave(&before));
+    assert!(same > 0.95, "{same}");
 }

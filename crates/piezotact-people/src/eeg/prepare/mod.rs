@@ -1,12 +1,10 @@
 //! From the parts of a recording to clean epochs: channels, filters, cut, regression, reference, rejection.
 
 mod error;
-mod eyes;
 mod interpolated;
 mod signals;
 mod usable;
 
-use piezotact::warning::{Few, FewWarning};
 use std::collections::{BTreeMap, BTreeSet};
 
 use piezotact::Warning;
@@ -14,22 +12,17 @@ use piezotact::quantity::SampleRate;
 use piezotact::recording::{Event, EventValue};
 use serde::{Deserialize, Serialize};
 
-use super::clean::EyeComponents;
 use super::epochs::{Continuous, Criterion, CutConfig, Epochs, NotCut, cut, reject};
 use super::filter::{Fir, Pass};
-use super::reference::{Csd, CsdConfig, Montage, average, to_channels};
+use super::reference::{Montage, average, to_channels};
+use super::regression::EogRegression;
 use super::source::{Segment, is_marker, kind_and_value, markers, task_of, tasks, warnings_of};
-use eyes::without_eyes;
 use interpolated::interpolated;
 use signals::Signals;
-use usable::{beside_unusable, once, unknown_in_average, unusable, with_position};
+use usable::{beside_unusable, once, unknown_in_average, unusable};
 
 pub use error::PrepareError;
-pub use eyes::{EyeMethod, IndependentComponents};
 pub use signals::ChannelChoice;
-
-/// A current source density of fewer electrodes gives a warning.
-const FEW_FOR_DENSITY: usize = 32;
 
 /// A marker and the condition whose epochs it begins.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -68,8 +61,6 @@ pub enum Reference {
     Average,
     /// The mean of these channels.
     Channels(Vec<String>),
-    /// None: the current source density, V/m² in the place of V.
-    CurrentSourceDensity(CsdConfig),
 }
 
 impl std::fmt::Display for Reference {
@@ -78,7 +69,6 @@ impl std::fmt::Display for Reference {
             Self::AsRecorded => f.write_str("as recorded"),
             Self::Average => f.write_str("average of all electrodes"),
             Self::Channels(names) => write!(f, "{}", names.join(" and ")),
-            Self::CurrentSourceDensity(_) => f.write_str("current source density (no reference)"),
         }
     }
 }
@@ -98,11 +88,8 @@ pub struct PrepareConfig {
     pub channels: ChannelChoice,
     /// Filters of the continuous signals, in order; each part between two gaps by itself.
     pub filters: Vec<Pass>,
-    /// EOG channels whose part in the others is taken away; none where empty.
+    /// EOG channels whose part in the others is taken away by regression; none where empty.
     pub eog: Vec<String>,
-    /// How that part is found.
-    #[serde(default, skip_serializing_if = "EyeMethod::is_regression")]
-    pub eyes: EyeMethod,
     /// Electrodes whose signals are interpolated from those of the others; none where empty.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub interpolated: Vec<String>,
@@ -185,8 +172,6 @@ pub struct Prepared {
     pub onsets_s: Vec<f64>,
     /// Which markers have one.
     pub counts: EpochCounts,
-    /// The independent components, where eye movements were taken out by them.
-    pub eye_components: Option<EyeComponents>,
     /// What to know before relying on them.
     pub warnings: Vec<Warning>,
 }
@@ -197,8 +182,8 @@ struct Marked {
     onset_s: f64,
 }
 
-/// Epochs of `segments`, V (V/m² for a current source density): signals are filtered part by part, cut, freed of eye movements, interpolated
-/// where asked, referred, and rejected, in this order; a density is computed of what is left. No epoch crosses a gap.
+/// Epochs of `segments`, V: signals are filtered part by part, cut, freed of eye movements, interpolated where asked, referred, and rejected,
+/// in this order. No epoch crosses a gap.
 ///
 /// Source: the order of steps of MNE-Python's tutorials; each step has its own.
 ///
@@ -209,7 +194,7 @@ pub fn prepare(segments: &[Segment<'_>], config: &PrepareConfig) -> Result<Prepa
     prepare_at(segments, config, None)
 }
 
-/// As [`prepare`], with interpolation and current source density at measured positions.
+/// As [`prepare`], with interpolation at measured positions.
 ///
 /// Source: as [`prepare`].
 ///
@@ -258,14 +243,7 @@ pub fn prepare_at(
         .map(|i| marked[i].onset_s)
         .collect();
     let cleaned = without_eyes(&found.epochs, config, &signals.electrodes)?;
-    warnings.extend(cleaned.warnings);
-    let whole_cap = interpolated(
-        cleaned.epochs,
-        config,
-        &signals.order,
-        measured,
-        &mut warnings,
-    )?;
+    let whole_cap = interpolated(cleaned, config, &signals.order, measured, &mut warnings)?;
     let epochs = referred(whole_cap, &config.reference)?;
     let (epochs, rejected) = rejected(epochs, config, &whole, &mut warnings)?;
     let is_kept = |onset_s: &&f64| rejected.iter().all(|one| one.onset_s != **onset_s);
@@ -276,35 +254,15 @@ pub fn prepare_at(
         rejected,
     };
     enough(&counts, config.min_epochs)?;
-    let epochs = match &config.reference {
-        Reference::CurrentSourceDensity(csd) => {
-            let (known, montage) = with_position(&epochs, measured, &mut warnings)?;
-            let electrodes = known.channels().len();
-            if electrodes < FEW_FOR_DENSITY {
-                warnings.push(
-                    FewWarning::Few {
-                        found: electrodes,
-                        recommended: FEW_FOR_DENSITY,
-                        what: Few::DensityElectrodes,
-                    }
-                    .into(),
-                );
-            }
-            Csd::plan(&montage, csd)?.apply(&known)
-        }
-        Reference::Average => {
-            warnings.extend(unknown_in_average(&epochs));
-            epochs
-        }
-        _ => epochs,
-    };
+    if config.reference == Reference::Average {
+        warnings.extend(unknown_in_average(&epochs));
+    }
     Ok(Prepared {
         config: config.clone(),
         task,
         epochs,
         onsets_s,
         counts,
-        eye_components: cleaned.components,
         warnings,
     })
 }
@@ -489,10 +447,25 @@ fn filtered(signals: &mut Signals, filters: &[Pass]) -> Result<Vec<Warning>, Pre
     Ok(warnings)
 }
 
-/// Epochs against a reference; a density is computed later, of what is kept.
+/// `epochs` of the electrodes named, without eye movements where EOG channels are stated.
+fn without_eyes(
+    epochs: &Epochs,
+    config: &PrepareConfig,
+    electrodes: &[String],
+) -> Result<Epochs, PrepareError> {
+    let names: Vec<&str> = electrodes.iter().map(String::as_str).collect();
+    if config.eog.is_empty() {
+        return Ok(epochs.picked(&names)?);
+    }
+    let eog: Vec<&str> = config.eog.iter().map(String::as_str).collect();
+    let regression = EogRegression::fit(epochs, &eog, &names)?;
+    Ok(regression.apply(epochs)?.picked(&names)?)
+}
+
+/// Epochs against a reference.
 fn referred(epochs: Epochs, reference: &Reference) -> Result<Epochs, PrepareError> {
     Ok(match reference {
-        Reference::AsRecorded | Reference::CurrentSourceDensity(_) => epochs,
+        Reference::AsRecorded => epochs,
         Reference::Average => average(&epochs),
         Reference::Channels(references) => {
             let references: Vec<&str> = references.iter().map(String::as_str).collect();

@@ -319,11 +319,7 @@ fn only_electrodes(
     kind: SignalKind,
     reference: &Reference,
 ) -> Result<(), PrepareError> {
-    let of_all = matches!(
-        reference,
-        Reference::Average | Reference::CurrentSourceDensity(_)
-    );
-    if of_all && kind != SignalKind::Eeg {
+    if *reference == Reference::Average && kind != SignalKind::Eeg {
         return Err(PrepareError::NotAnElectrode {
             name: name.to_owned(),
             kind: kind.word(),

@@ -62,7 +62,6 @@ pub(super) fn config(markers: &[(&str, &str)]) -> PrepareConfig {
         channels: ChannelChoice::AllBut(Vec::new()),
         filters: Vec::new(),
         eog: Vec::new(),
-        eyes: EyeMethod::Regression,
         interpolated: Vec::new(),
         reference: Reference::AsRecorded,
         criteria: Vec::new(),
@@ -480,64 +479,4 @@ fn samples_that_are_no_numbers_lose_their_epochs_alone() {
         .collect();
     assert_eq!(lost, ["C3 has samples that are no numbers within it"]);
     assert_eq!(found.epochs.count(), 5);
-}
-
-#[test]
-fn a_density_is_of_the_positions_that_are_given() {
-    use crate::eeg::reference::{CsdConfig, Montage};
-    let names = ["C3", "Cz", "C4", "CP3", "CP4", "FC3", "FC4", "Pz", "Fz"].map(String::from);
-    let channels: Vec<Channel> = names
-        .iter()
-        .enumerate()
-        .map(|(number, name)| Channel {
-            name: name.clone(),
-            unit: Unit::Volt,
-            samples: (0..1000)
-                .map(|i| 1e-5 * (i as f64 * (0.3 + 0.05 * number as f64)).sin())
-                .collect(),
-        })
-        .collect();
-    let rate = SampleRate::new(RATE_HZ).unwrap();
-    let mut made =
-        Recording::new(channels, rate, Condition::default(), Provenance::default()).unwrap();
-    made.annotations = recording(10, &[(4.0, "touch", "S1")]).0.annotations;
-    let segment = Segment {
-        recording: &made,
-        start_s: Seconds(0.0),
-        event_samples: &[400],
-        stated: &[],
-    };
-    let asked = PrepareConfig {
-        reference: Reference::CurrentSourceDensity(CsdConfig::perrin_1989(0.095)),
-        ..config(&[("touch", "S1")])
-    };
-    let of = |measured: Option<&Montage>| prepare_at(&[segment], &asked, measured).unwrap();
-    let by_name = of(None);
-    let same = Montage::ten_ten(&names).unwrap();
-    let apart = |montage: &Montage| {
-        let other = of(Some(montage));
-        let pairs = other.epochs.volts().iter().zip(by_name.epochs.volts());
-        pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
-    };
-    assert!(apart(&same) < 1e-12);
-    let mut exchanged = same.clone();
-    exchanged.positions.swap(0, 2);
-    assert!(apart(&exchanged) > 1e-3);
-    // Electrodes without a position are left out by name.
-    let fewer = Montage::new(names[1..].to_vec(), same.positions[1..].to_vec()).unwrap();
-    let found = of(Some(&fewer));
-    assert_eq!(found.epochs.channels(), &names[1..]);
-    let codes: Vec<String> = found.warnings.iter().map(code_and_cause).collect();
-    assert_eq!(
-        codes,
-        [
-            "eeg_electrodes_left_out/no_position",
-            "few/density_electrodes"
-        ]
-    );
-    // Axes as EEGLAB has them, x to the front.
-    let turned = same.positions.iter().map(|[x, y, z]| [*y, -x, *z]);
-    let turned = Montage::new(names.to_vec(), turned.collect()).unwrap();
-    assert!(turned.off_ten_ten_deg().unwrap() > 40.0);
-    assert!(same.off_ten_ten_deg().unwrap() < 1.0);
 }

@@ -7,11 +7,11 @@ use piezotact::Warning;
 use piezotact::quantity::SampleRate;
 
 use super::signals::Signals;
-use super::{Marked, NotWhole, PrepareError};
-use crate::eeg::epochs::{CutConfig, Epochs, EpochsError, NotCut};
+use super::{Marked, NotWhole};
+use crate::eeg::epochs::{CutConfig, Epochs, NotCut};
 use crate::eeg::reference::Montage;
 use crate::eeg::source::{Segment, is_bad_part, marker_name};
-use crate::eeg::{EegWarning, ElectrodesFault, LeftOutElectrodes, MarkersFault};
+use crate::eeg::{EegWarning, ElectrodesFault, MarkersFault};
 
 /// The markers without those that stand a second time at one sample under one condition.
 pub(super) fn once(marked: Vec<Marked>, warnings: &mut Vec<Warning>) -> Vec<Marked> {
@@ -86,45 +86,6 @@ pub(super) fn beside_unusable(
         }
     }
     (kept, lost)
-}
-
-/// The electrodes that have a position, measured or by their names, with it; where none has one, the error names the first.
-pub(super) fn with_position(
-    epochs: &Epochs,
-    measured: Option<&Montage>,
-    warnings: &mut Vec<Warning>,
-) -> Result<(Epochs, Montage), PrepareError> {
-    let known = match measured {
-        None => Montage::known(epochs.channels()),
-        Some(montage) => montage.of(epochs.channels()),
-    };
-    let (mut names, mut positions, mut missing) = (Vec::new(), Vec::new(), Vec::new());
-    for (name, position) in epochs.channels().iter().zip(known) {
-        match position {
-            Some(position) => {
-                names.push(name.clone());
-                positions.push(position);
-            }
-            None => missing.push(name.as_str()),
-        }
-    }
-    if let (true, Some(first)) = (names.is_empty(), missing.first()) {
-        let name = (*first).to_owned();
-        return Err(EpochsError::NoPosition { name }.into());
-    }
-    if !missing.is_empty() {
-        let names = missing.join(", ");
-        warnings.push(
-            EegWarning::ElectrodesLeftOut {
-                names,
-                why: LeftOutElectrodes::NoPosition,
-            }
-            .into(),
-        );
-    }
-    let picked: Vec<&str> = names.iter().map(String::as_str).collect();
-    let epochs = epochs.picked(&picked)?;
-    Ok((epochs, Montage::new(names, positions)?))
 }
 
 /// A warning about channels in the mean of all electrodes that have no position, where most have one: they may be none.

@@ -4,123 +4,12 @@ use crate::eeg::epochs::EpochsError;
 use std::f64::consts::PI;
 
 use piezotact::Warning;
-use serde::{Deserialize, Serialize};
 
 use super::{Montage, dot, far};
-use crate::eeg::epochs::Epochs;
-use crate::eeg::linear::{inverse, product};
+use crate::eeg::linear::inverse;
 
 /// The regularisation and stiffness of interpolated potentials, as MNE-Python sets them.
 const INTERPOLATION: (f64, u32, usize) = (1e-5, 4, 50);
-
-/// The settings of a current source density.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-pub struct CsdConfig {
-    /// The radius of the head, m.
-    pub radius_m: f64,
-    /// What is added to the diagonal of the spline's matrix (λ): more is smoother.
-    pub regularisation: f64,
-    /// The order of the spline (m): more is stiffer.
-    pub stiffness: u32,
-    /// The number of Legendre polynomials.
-    pub terms: usize,
-}
-
-impl CsdConfig {
-    /// λ = 1e-5, m = 4 and 50 terms, as MNE-Python's defaults, for a head of a radius.
-    #[must_use]
-    pub fn perrin_1989(radius_m: f64) -> Self {
-        Self {
-            radius_m,
-            regularisation: 1e-5,
-            stiffness: 4,
-            terms: 50,
-        }
-    }
-}
-
-/// A planned current source density: one sum over channels for each channel.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Csd {
-    channels: Vec<String>,
-    weights: Vec<f64>,
-}
-
-impl Csd {
-    /// The plan for the channels of `montage`.
-    ///
-    /// # Errors
-    /// [`EpochsError::Shape`] for settings without a spline, [`EpochsError::Singular`] for electrodes that do not determine one.
-    pub fn plan(montage: &Montage, config: &CsdConfig) -> Result<Self, EpochsError> {
-        let CsdConfig {
-            radius_m,
-            regularisation,
-            stiffness,
-            terms,
-        } = *config;
-        let fits = radius_m > 0.0
-            && radius_m.is_finite()
-            && (0.0..1.0).contains(&regularisation)
-            && (2..=10).contains(&stiffness)
-            && (3..=1000).contains(&terms);
-        if !fits {
-            return Err(EpochsError::Shape {
-                expected: "a radius above 0 m, a regularisation from 0 to below 1, a stiffness of 2 to 10 and 3 to 1000 terms".to_owned(),
-                found: format!("{radius_m} m, {regularisation}, {stiffness} and {terms}"),
-            });
-        }
-        let n = montage.positions.len();
-        let positions = &montage.positions;
-        let g = matrix(
-            positions,
-            positions,
-            &factors(stiffness, terms),
-            regularisation,
-        );
-        let h = matrix(positions, positions, &factors(stiffness - 1, terms), 0.0);
-        let inverted = inverse(&g, n).ok_or(EpochsError::Singular { channels: n })?;
-        let columns: Vec<f64> = (0..n)
-            .map(|j| (0..n).map(|i| inverted[i * n + j]).sum())
-            .collect();
-        let total: f64 = columns.iter().sum();
-        // The coefficients of the spline of an average-referenced unit at each channel.
-        let centred: Vec<f64> = (0..n * n)
-            .map(|i| f64::from(u8::from(i / n == i % n)) - 1.0 / n as f64)
-            .collect();
-        let mut coefficients = product(&inverted, &centred, n, n, n);
-        for j in 0..n {
-            let sum: f64 = (0..n).map(|i| coefficients[i * n + j]).sum();
-            for i in 0..n {
-                coefficients[i * n + j] -= columns[i] * sum / total;
-            }
-        }
-        let mut weights = product(&h, &coefficients, n, n, n);
-        for weight in &mut weights {
-            *weight /= radius_m * radius_m;
-        }
-        Ok(Self {
-            channels: montage.channels.clone(),
-            weights,
-        })
-    }
-
-    /// The weights, channels out × channels in, 1/m².
-    #[must_use]
-    pub fn weights(&self) -> &[f64] {
-        &self.weights
-    }
-
-    /// The current source density of epochs with the channels planned for, V/m² (which stand in the place of V): the surface Laplacian
-    /// of a spherical spline, with the sign of a source.
-    ///
-    /// Source: F. Perrin et al. (1989), Electroencephalogr. Clin. Neurophysiol. 72, corrected 1990; as MNE-Python's
-    /// `compute_current_source_density`.
-    #[must_use]
-    pub fn apply(&self, epochs: &Epochs) -> Epochs {
-        epochs.mixed(self.channels.clone(), &self.weights)
-    }
-}
 
 /// Values at any position of the head from those at channels: a planned sum over channels for each position.
 #[derive(Clone, Debug, PartialEq)]
@@ -252,29 +141,5 @@ mod tests {
         assert!((below.apply(&[7.0; 9]).unwrap()[0] - 7.0).abs() < 1e-9);
         assert_eq!(below.warnings.len(), 1);
         assert!(plan.apply(&values[1..]).is_err());
-    }
-
-    #[test]
-    fn settings_without_a_spline_are_refused() {
-        let montage = Montage::ten_ten(&["Cz".to_owned(), "Fz".to_owned()]).unwrap();
-        let good = CsdConfig::perrin_1989(0.095);
-        assert!(Csd::plan(&montage, &good).is_ok());
-        for bad in [
-            CsdConfig {
-                radius_m: 0.0,
-                ..good
-            },
-            CsdConfig {
-                regularisation: 1.0,
-                ..good
-            },
-            CsdConfig {
-                stiffness: 1,
-                ..good
-            },
-            CsdConfig { terms: 0, ..good },
-        ] {
-            assert!(Csd::plan(&montage, &bad).is_err());
-        }
     }
 }

@@ -1,11 +1,10 @@
-//! Power over time and frequency: Morlet wavelets and multitapers.
+//! Power over time and frequency by Morlet wavelets.
 //!
 //! A [`TfrPlan`] is made once for a rate, a length and frequencies, and processes any number of epochs. Nothing is kept of single trials
 //! but what is asked for: their average, or their mean power in bands and windows.
 
 mod run;
 mod spread;
-mod taper;
 mod wavelet;
 mod windows;
 
@@ -15,7 +14,7 @@ use piezotact::quantity::{Band, SampleRate};
 use serde::{Deserialize, Serialize};
 
 use super::epochs::Epochs;
-use run::{Kernel, good_length};
+use run::{good_length, response};
 
 pub(super) use run::Sink;
 pub(super) use spread::SpreadSink;
@@ -25,30 +24,13 @@ pub(super) use windows::{WindowSink, times_within};
 /// More frequencies are a mistake.
 const MOST_FREQUENCIES: f64 = 1000.0;
 
-/// How power is estimated.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-#[serde(rename_all = "snake_case")]
-pub enum Method {
-    /// Morlet wavelets with a mean of zero, cut at five standard deviations.
-    Morlet,
-    /// Oscillations under Slepian tapers.
-    Multitaper {
-        /// The product of length and full bandwidth, at least 2; floor(product − 1) tapers are used.
-        time_bandwidth: f64,
-    },
-}
-
 /// What is estimated.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct TfrConfig {
-    /// How.
-    pub method: Method,
     /// The frequencies, Hz.
     pub frequencies_hz: Vec<f64>,
-    /// The number of cycles at each frequency. A Morlet wavelet has a standard deviation of cycles/(2π·f), a multitaper window a length
-    /// of cycles/f.
+    /// The number of cycles at each frequency: a wavelet has a standard deviation of cycles/(2π·f).
     pub cycles: Vec<f64>,
     /// Every so many-th sample is given out; power is computed at the full rate.
     pub decimation: usize,
@@ -68,12 +50,7 @@ impl TfrConfig {
     ///
     /// # Errors
     /// [`TfrError::Steps`] unless the step is above 0 and gives at most 1000 frequencies.
-    pub fn over(
-        method: Method,
-        range: Band,
-        step_hz: f64,
-        cycles: Cycles,
-    ) -> Result<Self, TfrError> {
+    pub fn over(range: Band, step_hz: f64, cycles: Cycles) -> Result<Self, TfrError> {
         let (low, high) = (range.low().0, range.high().0);
         let steps = (high - low) / step_hz;
         if !(step_hz > 0.0 && steps < MOST_FREQUENCIES) {
@@ -87,34 +64,24 @@ impl TfrConfig {
             Cycles::FrequencyOver(share) => hz / share,
         };
         Ok(Self {
-            method,
             cycles: frequencies_hz.iter().map(of).collect(),
             frequencies_hz,
             decimation: 1,
         })
     }
 
-    /// The length of the longest wavelet, s: ten standard deviations of a Morlet wavelet, the window of a multitaper. No epoch is shorter.
+    /// The length of the longest wavelet, s: ten standard deviations. No epoch is shorter.
     #[must_use]
     pub fn longest_s(&self) -> f64 {
-        let of = |(hz, cycles): (&f64, &f64)| match self.method {
-            Method::Morlet => 10.0 * sd_s(*hz, *cycles),
-            Method::Multitaper { .. } => cycles / hz,
-        };
-        let all = self.frequencies_hz.iter().zip(&self.cycles).map(of);
-        all.fold(0.0, f64::max)
+        5.0 * self.reach_s()
     }
 
-    /// How far the longest wavelet reaches, s: two standard deviations of a Morlet wavelet, the whole window of a multitaper, whose smear is below
-    /// half of it. The ends of epochs touch what is nearer to them.
+    /// How far the longest wavelet reaches, s: two standard deviations. The ends of epochs touch what is nearer to them.
     #[must_use]
     pub fn reach_s(&self) -> f64 {
-        let of = |(hz, cycles): (&f64, &f64)| match self.method {
-            Method::Morlet => 2.0 * sd_s(*hz, *cycles),
-            Method::Multitaper { .. } => cycles / hz,
-        };
-        let all = self.frequencies_hz.iter().zip(&self.cycles).map(of);
-        all.fold(0.0, f64::max)
+        let all = self.frequencies_hz.iter().zip(&self.cycles);
+        all.map(|(hz, cycles)| 2.0 * sd_s(*hz, *cycles))
+            .fold(0.0, f64::max)
     }
 }
 
@@ -125,7 +92,7 @@ pub struct TfrPlan {
     rate: SampleRate,
     samples: usize,
     smears_s: Vec<f64>,
-    kernels: Vec<Vec<Kernel>>,
+    responses: Vec<Vec<f64>>,
     length: usize,
     forward: std::sync::Arc<dyn piezotact::fourier::Fft<f64>>,
     inverse: std::sync::Arc<dyn piezotact::fourier::Fft<f64>>,
@@ -144,23 +111,19 @@ impl std::fmt::Debug for TfrPlan {
 impl TfrPlan {
     /// A plan for epochs of `samples` at `rate`.
     ///
-    /// Source: MNE-Python's `tfr_array_morlet` (with `zero_mean`) and `tfr_array_multitaper`; C. Tallon-Baudry et al. (1997), J. Neurosci. 17;
-    /// D. J. Thomson (1982), Proc. IEEE 70.
+    /// Source: MNE-Python's `tfr_array_morlet` (with `zero_mean`); C. Tallon-Baudry et al. (1997), J. Neurosci. 17.
     ///
     /// # Errors
     /// [`TfrError`] without a frequency, for one outside 0 to half the rate, cycles that are not one positive number for each frequency, a
-    /// wavelet longer than the epoch, tapers that do not exist, or a decimation of 0
-    /// or above the number of samples.
+    /// wavelet longer than the epoch, or a decimation of 0 or above the number of samples.
     pub fn plan(config: &TfrConfig, rate: SampleRate, samples: usize) -> Result<Self, TfrError> {
         check(config, rate, samples)?;
         let mut waves = Vec::new();
         let mut smears_s = Vec::new();
         for (&frequency_hz, &cycles) in config.frequencies_hz.iter().zip(&config.cycles) {
             // Before a wavelet is made, as it may be longer than the memory.
-            let length = match config.method {
-                Method::Morlet => wavelet::morlet_length(sd_s(frequency_hz, cycles), rate.hz()),
-                Method::Multitaper { .. } => wavelet::count_below(cycles / frequency_hz, rate.hz()),
-            };
+            let sd_s = sd_s(frequency_hz, cycles);
+            let length = wavelet::morlet_length(sd_s, rate.hz());
             if length > samples {
                 return Err(TfrError::LongerThanEpoch {
                     frequency_hz,
@@ -168,17 +131,10 @@ impl TfrPlan {
                     epoch_s: samples as f64 / rate.hz(),
                 });
             }
-            let of = waves_of(config.method, frequency_hz, cycles, rate.hz())?;
-            smears_s.push(match config.method {
-                Method::Morlet => sd_s(frequency_hz, cycles),
-                Method::Multitaper { .. } => of
-                    .iter()
-                    .map(|(wave, _)| wavelet::smear_s(wave, rate.hz()))
-                    .fold(0.0, f64::max),
-            });
-            waves.push(of);
+            smears_s.push(sd_s);
+            waves.push(wavelet::morlet(frequency_hz, sd_s, rate.hz()));
         }
-        let longest = waves.iter().flatten().map(|(wave, _)| wave.len()).max();
+        let longest = waves.iter().map(Vec::len).max();
         // What wraps around only meets zeros: half a wavelet behind the samples is enough.
         let needed = samples + longest.unwrap_or(0) / 2;
         let folded = good_length(needed.div_ceil(config.decimation));
@@ -187,28 +143,16 @@ impl TfrPlan {
         let forward = planner.plan_fft_forward(length);
         let inverse = planner.plan_fft_inverse(folded);
         let mut scratch = vec![Complex::default(); forward.get_inplace_scratch_len()];
-        let kernels = waves
+        let responses = waves
             .iter()
-            .map(|of| {
-                let response = |(wave, weight): &(Vec<Complex<f64>>, f64)| {
-                    Kernel::new(
-                        wave,
-                        *weight,
-                        length,
-                        config.method,
-                        &*forward,
-                        &mut scratch,
-                    )
-                };
-                of.iter().map(response).collect()
-            })
+            .map(|wave| response(wave, length, &*forward, &mut scratch))
             .collect();
         Ok(Self {
             config: config.clone(),
             rate,
             samples,
             smears_s,
-            kernels,
+            responses,
             length,
             forward,
             inverse,
@@ -298,43 +242,6 @@ fn check(config: &TfrConfig, rate: SampleRate, samples: usize) -> Result<(), Tfr
     Ok(())
 }
 
-/// The wavelets of one frequency with the weight of the power of each; the weights of all add up to the factor of their sum.
-type Waves = Vec<(Vec<Complex<f64>>, f64)>;
-
-fn waves_of(
-    method: Method,
-    frequency_hz: f64,
-    cycles: f64,
-    rate_hz: f64,
-) -> Result<Waves, TfrError> {
-    match method {
-        Method::Morlet => {
-            let sd_s = sd_s(frequency_hz, cycles);
-            Ok(vec![(wavelet::morlet(frequency_hz, sd_s, rate_hz), 1.0)])
-        }
-        Method::Multitaper { time_bandwidth } => {
-            if !(time_bandwidth >= 2.0 && time_bandwidth.is_finite()) {
-                return Err(TfrError::TimeBandwidth {
-                    found: time_bandwidth,
-                });
-            }
-            let count = (time_bandwidth - 1.0).floor() as usize;
-            let length_s = cycles / frequency_hz;
-            let half = time_bandwidth / 2.0;
-            let found = wavelet::multitaper(frequency_hz, length_s, rate_hz, half, count);
-            let (waves, shares) = found.ok_or(TfrError::NoTapers {
-                frequency_hz,
-                length_s,
-            })?;
-            // MNE weighs power by the concentration, and one taper alone is not normalised by it.
-            let total: f64 = shares.iter().sum();
-            let factor = if count > 1 { 2.0 / total } else { 1.0 };
-            let weights = shares.into_iter().map(|share| share * factor);
-            Ok(waves.into_iter().zip(weights).collect())
-        }
-    }
-}
-
 /// Mean power over epochs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Power {
@@ -403,12 +310,12 @@ impl AverageSink {
 }
 
 impl Sink for AverageSink {
-    fn take(&mut self, channel: usize, _: usize, frequency: usize, z: &[Complex<f64>], scale: f64) {
+    fn take(&mut self, channel: usize, _: usize, frequency: usize, z: &[Complex<f64>]) {
         let start = (channel * self.frequencies + frequency) * self.times;
         let sums = &mut self.sums[start..start + self.times];
         self.arch.dispatch(|| {
             for (sum, value) in sums.iter_mut().zip(z) {
-                *sum += scale * (value.re * value.re + value.im * value.im);
+                *sum += value.re * value.re + value.im * value.im;
             }
         });
     }
@@ -457,18 +364,6 @@ pub enum TfrError {
         wavelet_s: f64,
         /// The length of the epoch, s.
         epoch_s: f64,
-    },
-    /// A time-bandwidth product that has no taper.
-    #[error("expected a product of time and bandwidth of at least 2, found {found}; 4 is usual")]
-    TimeBandwidth { found: f64 },
-    /// A window too short for its tapers.
-    #[error(
-        "a window of {length_s} s at {frequency_hz} Hz is too short for its tapers: take more cycles, or a smaller time-bandwidth product"
-    )]
-    NoTapers {
-        frequency_hz: f64,
-        /// The length of the window, s.
-        length_s: f64,
     },
     /// A decimation of 0, or of more than there are samples.
     #[error(

@@ -2,77 +2,40 @@
 
 use piezotact::fourier::{Complex, Fft};
 
-use super::{Method, TfrError, TfrPlan};
+use super::{TfrError, TfrPlan};
 use crate::eeg::epochs::Epochs;
 
 /// So many epochs are transformed before the wavelets are gone through, so that a wavelet is read once for all of them.
 const BLOCK: usize = 8;
 
-/// What takes the coefficients of one channel, epoch, frequency and taper; the power is `scale`·|z|² for each time.
+/// What takes the coefficients of one channel, epoch and frequency; the power is |z|² for each time.
 pub(in crate::eeg) trait Sink {
-    fn take(
-        &mut self,
-        channel: usize,
-        epoch: usize,
-        frequency: usize,
-        z: &[Complex<f64>],
-        scale: f64,
-    );
+    fn take(&mut self, channel: usize, epoch: usize, frequency: usize, z: &[Complex<f64>]);
 }
 
 impl<A: Sink, B: Sink> Sink for (&mut A, &mut B) {
-    fn take(
-        &mut self,
-        channel: usize,
-        epoch: usize,
-        frequency: usize,
-        z: &[Complex<f64>],
-        scale: f64,
-    ) {
-        self.0.take(channel, epoch, frequency, z, scale);
-        self.1.take(channel, epoch, frequency, z, scale);
+    fn take(&mut self, channel: usize, epoch: usize, frequency: usize, z: &[Complex<f64>]) {
+        self.0.take(channel, epoch, frequency, z);
+        self.1.take(channel, epoch, frequency, z);
     }
 }
 
-/// The transform of a wavelet about its middle.
-#[derive(Clone, Debug)]
-pub(super) enum Response {
-    /// Of one that is symmetric about its middle: real.
-    Real(Vec<f64>),
-    /// Of any other.
-    Complex(Vec<Complex<f64>>),
-}
-
-/// A wavelet and the weight of its power.
-#[derive(Clone, Debug)]
-pub(super) struct Kernel {
-    response: Response,
-    scale: f64,
-}
-
-impl Kernel {
-    /// The kernel of `wave` for transforms of `length`, whose scale it holds.
-    pub(super) fn new(
-        wave: &[Complex<f64>],
-        scale: f64,
-        length: usize,
-        method: Method,
-        forward: &dyn Fft<f64>,
-        scratch: &mut [Complex<f64>],
-    ) -> Self {
-        let middle = (wave.len() - 1) / 2;
-        let mut bins = vec![Complex::default(); length];
-        for (i, value) in wave.iter().enumerate() {
-            // A wavelet is shorter than the transform, and so is its half.
-            bins[(i + length - middle) % length] += value / length as f64;
-        }
-        forward.process_with_scratch(&mut bins, scratch);
-        let response = match method {
-            Method::Morlet => Response::Real(bins.iter().map(|bin| bin.re).collect()),
-            Method::Multitaper { .. } => Response::Complex(bins),
-        };
-        Self { response, scale }
+/// The transform of `wave` about its middle, for transforms of `length`, whose scale it holds: real, as a wavelet is symmetric about its
+/// middle.
+pub(super) fn response(
+    wave: &[Complex<f64>],
+    length: usize,
+    forward: &dyn Fft<f64>,
+    scratch: &mut [Complex<f64>],
+) -> Vec<f64> {
+    let middle = (wave.len() - 1) / 2;
+    let mut bins = vec![Complex::default(); length];
+    for (i, value) in wave.iter().enumerate() {
+        // A wavelet is shorter than the transform, and so is its half.
+        bins[(i + length - middle) % length] += value / length as f64;
     }
+    forward.process_with_scratch(&mut bins, scratch);
+    bins.iter().map(|bin| bin.re).collect()
 }
 
 /// The smallest length from `n` up whose prime factors are 2, 3 and 5 with at least a factor of 8: quick to transform.
@@ -90,7 +53,7 @@ pub(super) fn good_length(n: usize) -> usize {
 }
 
 impl TfrPlan {
-    /// Gives `sink` the coefficients of all epochs: for each channel and block of epochs, for each frequency, epoch and taper.
+    /// Gives `sink` the coefficients of all epochs: for each channel and block of epochs, for each frequency and epoch.
     pub(in crate::eeg) fn run(
         &self,
         epochs: &Epochs,
@@ -125,13 +88,11 @@ impl TfrPlan {
                     spectrum[self.samples..].fill(Complex::default());
                     self.forward.process_with_scratch(spectrum, &mut scratch);
                 }
-                for (frequency, kernels) in self.kernels.iter().enumerate() {
+                for (frequency, response) in self.responses.iter().enumerate() {
                     for (spectrum, &epoch) in spectra.chunks_exact(self.length).zip(block) {
-                        for kernel in kernels {
-                            arch.dispatch(|| multiply(spectrum, &kernel.response, &mut work));
-                            self.inverse.process_with_scratch(&mut work, &mut scratch);
-                            sink.take(channel, epoch, frequency, &work[..times], kernel.scale);
-                        }
+                        arch.dispatch(|| multiply(spectrum, response, &mut work));
+                        self.inverse.process_with_scratch(&mut work, &mut scratch);
+                        sink.take(channel, epoch, frequency, &work[..times]);
                     }
                 }
             }
@@ -142,38 +103,22 @@ impl TfrPlan {
 
 /// The product of a spectrum and a response, folded to the length of `out`: the transform of every so many-th sample.
 #[inline(always)]
-fn multiply(spectrum: &[Complex<f64>], response: &Response, out: &mut [Complex<f64>]) {
+fn multiply(spectrum: &[Complex<f64>], response: &[f64], out: &mut [Complex<f64>]) {
     let folded = out.len();
-    match response {
-        Response::Real(gains) => {
-            for (fold, (bins, gains)) in spectrum
-                .chunks_exact(folded)
-                .zip(gains.chunks_exact(folded))
-                .enumerate()
-            {
-                let products = bins.iter().zip(gains);
-                if fold == 0 {
-                    for (out, (bin, gain)) in out.iter_mut().zip(products) {
-                        *out = Complex::new(bin.re * gain, bin.im * gain);
-                    }
-                } else {
-                    for (out, (bin, gain)) in out.iter_mut().zip(products) {
-                        out.re += bin.re * gain;
-                        out.im += bin.im * gain;
-                    }
-                }
+    for (fold, (bins, gains)) in spectrum
+        .chunks_exact(folded)
+        .zip(response.chunks_exact(folded))
+        .enumerate()
+    {
+        let products = bins.iter().zip(gains);
+        if fold == 0 {
+            for (out, (bin, gain)) in out.iter_mut().zip(products) {
+                *out = Complex::new(bin.re * gain, bin.im * gain);
             }
-        }
-        Response::Complex(gains) => {
-            out.fill(Complex::default());
-            for (bins, gains) in spectrum
-                .chunks_exact(folded)
-                .zip(gains.chunks_exact(folded))
-            {
-                for (out, (bin, gain)) in out.iter_mut().zip(bins.iter().zip(gains)) {
-                    out.re += bin.re * gain.re - bin.im * gain.im;
-                    out.im += bin.re * gain.im + bin.im * gain.re;
-                }
+        } else {
+            for (out, (bin, gain)) in out.iter_mut().zip(products) {
+                out.re += bin.re * gain;
+                out.im += bin.im * gain;
             }
         }
     }
@@ -206,7 +151,6 @@ mod tests {
         let half = (wavelet.len() / 2) as i64;
         for decimation in [1, 2, 5, 7] {
             let config = TfrConfig {
-                method: Method::Morlet,
                 frequencies_hz: vec![10.0],
                 cycles: vec![3.0],
                 decimation,
@@ -236,31 +180,25 @@ mod tests {
     #[test]
     fn what_cannot_be_is_refused() {
         let rate = SampleRate::new(200.0).unwrap();
-        let plan = |frequencies_hz: Vec<f64>, cycles: Vec<f64>, method, decimation| {
+        let plan = |frequencies_hz: Vec<f64>, cycles: Vec<f64>, decimation| {
             let config = TfrConfig {
-                method,
                 frequencies_hz,
                 cycles,
                 decimation,
             };
             TfrPlan::plan(&config, rate, 400)
         };
-        let m = Method::Morlet;
-        assert!(plan(vec![10.0], vec![4.0], m, 1).is_ok());
-        assert!(plan(vec![], vec![], m, 1).is_err());
-        assert!(plan(vec![10.0], vec![4.0, 5.0], m, 1).is_err());
-        assert!(plan(vec![10.0], vec![0.0], m, 1).is_err());
-        assert!(plan(vec![101.0], vec![4.0], m, 1).is_err());
-        assert!(plan(vec![10.0], vec![4.0], m, 0).is_err());
-        assert!(plan(vec![10.0], vec![4.0], m, usize::MAX).is_err());
-        assert!(plan(vec![1e-300], vec![4.0], m, 1).is_err());
+        assert!(plan(vec![10.0], vec![4.0], 1).is_ok());
+        assert!(plan(vec![], vec![], 1).is_err());
+        assert!(plan(vec![10.0], vec![4.0, 5.0], 1).is_err());
+        assert!(plan(vec![10.0], vec![0.0], 1).is_err());
+        assert!(plan(vec![101.0], vec![4.0], 1).is_err());
+        assert!(plan(vec![10.0], vec![4.0], 0).is_err());
+        assert!(plan(vec![10.0], vec![4.0], usize::MAX).is_err());
+        assert!(plan(vec![1e-300], vec![4.0], 1).is_err());
         assert!(matches!(
-            plan(vec![4.0], vec![7.0], m, 1),
+            plan(vec![4.0], vec![7.0], 1),
             Err(TfrError::LongerThanEpoch { .. })
         ));
-        let tapers = |time_bandwidth| Method::Multitaper { time_bandwidth };
-        assert!(plan(vec![10.0], vec![4.0], tapers(1.5), 1).is_err());
-        assert!(plan(vec![50.0], vec![0.5], tapers(4.0), 1).is_err());
-        assert!(plan(vec![10.0], vec![4.0], tapers(4.0), 3).is_ok());
     }
 }

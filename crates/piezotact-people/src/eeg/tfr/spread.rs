@@ -10,9 +10,6 @@ pub(in crate::eeg) struct SpreadSink {
     frequencies: usize,
     times: usize,
     every: usize,
-    /// Channel, epoch and frequency whose power is in `own`: that of all tapers.
-    open: Option<[usize; 3]>,
-    own: Vec<f64>,
     sums: Vec<f64>,
     squares: Vec<f64>,
 }
@@ -26,31 +23,13 @@ impl SpreadSink {
             frequencies,
             times,
             every,
-            open: None,
-            own: vec![0.0; times],
             sums: vec![0.0; all],
             squares: vec![0.0; all],
         }
     }
 
-    /// The power of one epoch is complete.
-    fn close(&mut self) {
-        let Some([channel, _, frequency]) = self.open.take() else {
-            return;
-        };
-        let start = (channel * self.frequencies + frequency) * self.times;
-        let sums = &mut self.sums[start..start + self.times];
-        let squares = &mut self.squares[start..start + self.times];
-        for ((sum, square), own) in sums.iter_mut().zip(squares).zip(&mut self.own) {
-            *sum += *own;
-            *square += *own * *own;
-            *own = 0.0;
-        }
-    }
-
     /// The mean power, and the squared standard error of each mean re its square, channels × frequencies × times.
     pub(in crate::eeg) fn finish(mut self, plan: &TfrPlan, epochs: &Epochs) -> (Power, Vec<f64>) {
-        self.close();
         let n = epochs.count() as f64;
         for (sum, square) in self.sums.iter_mut().zip(&mut self.squares) {
             let mean = *sum / n;
@@ -78,21 +57,15 @@ impl SpreadSink {
 }
 
 impl Sink for SpreadSink {
-    fn take(
-        &mut self,
-        channel: usize,
-        epoch: usize,
-        frequency: usize,
-        z: &[Complex<f64>],
-        scale: f64,
-    ) {
-        let now = [channel, epoch, frequency];
-        if self.open != Some(now) {
-            self.close();
-            self.open = Some(now);
-        }
-        for (own, value) in self.own.iter_mut().zip(z.iter().step_by(self.every)) {
-            *own += scale * value.norm_sqr();
+    fn take(&mut self, channel: usize, _: usize, frequency: usize, z: &[Complex<f64>]) {
+        let start = (channel * self.frequencies + frequency) * self.times;
+        let sums = &mut self.sums[start..start + self.times];
+        let squares = &mut self.squares[start..start + self.times];
+        let values = z.iter().step_by(self.every);
+        for ((sum, square), value) in sums.iter_mut().zip(squares).zip(values) {
+            let power = value.norm_sqr();
+            *sum += power;
+            *square += power * power;
         }
     }
 }

@@ -1,13 +1,8 @@
-//! Morlet wavelets and windowed oscillations for multitaper power.
+//! Morlet wavelets.
 
 use std::f64::consts::{PI, SQRT_2, TAU};
 
 use piezotact::fourier::Complex;
-
-use super::taper::tapers;
-
-/// A complex wavelet, sample by sample.
-pub(super) type Wave = Vec<Complex<f64>>;
 
 /// A Morlet wavelet of standard deviation `sd_s`, cut at five of them on either side, with a norm of √2.
 ///
@@ -34,34 +29,6 @@ pub(super) fn morlet_length(sd_s: f64, rate_hz: f64) -> usize {
     count_below(5.0 * sd_s, rate_hz).saturating_mul(2) - 1
 }
 
-/// The oscillation under each of `count` Slepian tapers, less its mean, with a norm of √2; and the concentration of each taper.
-pub(super) fn multitaper(
-    frequency_hz: f64,
-    length_s: f64,
-    rate_hz: f64,
-    half_bandwidth: f64,
-    count: usize,
-) -> Option<(Vec<Wave>, Vec<f64>)> {
-    let samples = count_below(length_s, rate_hz);
-    let (windows, concentrations) = tapers(samples, half_bandwidth, count)?;
-    let waves = windows
-        .iter()
-        .map(|window| {
-            let wave: Vec<Complex<f64>> = window
-                .iter()
-                .enumerate()
-                .map(|(i, taper)| {
-                    let t = i as f64 * (1.0 / rate_hz) - length_s / 2.0;
-                    Complex::from_polar(1.0, TAU * frequency_hz * t) * taper
-                })
-                .collect();
-            let mean: Complex<f64> = wave.iter().sum::<Complex<f64>>() / wave.len() as f64;
-            scaled(wave.into_iter().map(|value| value - mean).collect())
-        })
-        .collect();
-    Some((waves, concentrations))
-}
-
 /// How many samples from 0 are before `end_s`, as NumPy's `arange(0, end, 1/rate)` counts them.
 pub(super) fn count_below(end_s: f64, rate_hz: f64) -> usize {
     (end_s / (1.0 / rate_hz)).ceil().max(1.0) as usize
@@ -79,23 +46,23 @@ fn scaled(mut wave: Vec<Complex<f64>>) -> Vec<Complex<f64>> {
     wave
 }
 
-/// The standard deviation of |wave|² in time, times √2: that of the amplitude envelope of a Morlet wavelet, s.
-pub(super) fn smear_s(wave: &[Complex<f64>], rate_hz: f64) -> f64 {
-    let total: f64 = wave.iter().map(|value| value.norm_sqr()).sum();
-    let moment = |power: i32, about: f64| {
-        wave.iter()
-            .enumerate()
-            .map(|(i, value)| (i as f64 - about).powi(power) * value.norm_sqr())
-            .sum::<f64>()
-            / total
-    };
-    let mean = moment(1, 0.0);
-    (2.0 * moment(2, mean)).sqrt() / rate_hz
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The standard deviation of |wave|² in time, times √2: that of the amplitude envelope of a Morlet wavelet, s.
+    fn smear_s(wave: &[Complex<f64>], rate_hz: f64) -> f64 {
+        let total: f64 = wave.iter().map(|value| value.norm_sqr()).sum();
+        let moment = |power: i32, about: f64| {
+            wave.iter()
+                .enumerate()
+                .map(|(i, value)| (i as f64 - about).powi(power) * value.norm_sqr())
+                .sum::<f64>()
+                / total
+        };
+        let mean = moment(1, 0.0);
+        (2.0 * moment(2, mean)).sqrt() / rate_hz
+    }
 
     #[test]
     fn a_wavelet_has_norm_mean_and_width() {

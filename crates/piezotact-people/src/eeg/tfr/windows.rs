@@ -113,14 +113,7 @@ pub(in crate::eeg) fn times_within(times_s: &[f64], [from, to]: [f64; 2]) -> Ran
 }
 
 impl Sink for WindowSink {
-    fn take(
-        &mut self,
-        channel: usize,
-        epoch: usize,
-        frequency: usize,
-        z: &[Complex<f64>],
-        scale: f64,
-    ) {
+    fn take(&mut self, channel: usize, epoch: usize, frequency: usize, z: &[Complex<f64>]) {
         let windows = self.parts.len();
         for (window, part) in self.parts.iter().enumerate() {
             if !part.frequencies[frequency] {
@@ -139,8 +132,7 @@ impl Sink for WindowSink {
                 }
                 sums.iter().sum::<f64>() + rest.iter().map(|value| value.norm_sqr()).sum::<f64>()
             });
-            self.sums[(channel * windows + window) * self.epochs + epoch] +=
-                scale * part.factor * sum;
+            self.sums[(channel * windows + window) * self.epochs + epoch] += part.factor * sum;
         }
     }
 }

@@ -6,7 +6,7 @@ use anyhow::Result;
 use piezotact::quantity::{Band, Hertz};
 use piezotact_people::eeg::cluster::{self, ClusterConfig, Grid, Tail};
 use piezotact_people::eeg::epochs::Epochs;
-use piezotact_people::eeg::tfr::{Method, TfrConfig, TfrPlan, Window};
+use piezotact_people::eeg::tfr::{TfrConfig, TfrPlan, Window};
 
 use super::{Prepared, load, rate};
 
@@ -23,7 +23,6 @@ pub(super) fn e1(folder: &Path) -> Result<Prepared> {
     let epochs = Epochs::new(channels, conditions, rate(1000.0)?, 0.0, volts)?;
     let frequencies_hz: Vec<f64> = (4..41).map(f64::from).collect();
     let config = TfrConfig {
-        method: Method::Morlet,
         cycles: frequencies_hz.iter().map(|hz| hz / 2.0).collect(),
         frequencies_hz,
         decimation: 1,

@@ -1,31 +1,10 @@
 //! Epochs in sentences, tables and a report.
 
-use piezotact::figure::{Axis, Chart, Figure, Line, Scale, Tone};
-use piezotact::number::{counted, digits, rounded};
+use piezotact::number::{counted, rounded};
 use piezotact::page::{Block, Cell, Column, Page, Table};
 
 use super::EegEpochs;
-use crate::eeg::person::Positions;
-use crate::eeg::prepare::{EpochCounts, EyeMethod, PrepareConfig};
-
-/// Channels that are drawn where they were recorded.
-pub(in crate::eeg) const DRAWN: [&str; 3] = ["C3", "Cz", "C4"];
-
-/// The channels that figures show: C3, Cz and C4 where they are there, else the first three.
-pub(in crate::eeg) fn drawn_channels(channels: &[String]) -> Vec<usize> {
-    let known: Vec<usize> = DRAWN
-        .iter()
-        .filter_map(|name| {
-            channels
-                .iter()
-                .position(|own| own.eq_ignore_ascii_case(name))
-        })
-        .collect();
-    match known.is_empty() {
-        true => (0..channels.len().min(DRAWN.len())).collect(),
-        false => known,
-    }
-}
+use crate::eeg::prepare::{EpochCounts, PrepareConfig};
 
 impl PrepareConfig {
     /// How epochs were made, one step a line.
@@ -39,15 +18,7 @@ impl PrepareConfig {
         ));
         if !self.eog.is_empty() {
             let eog = self.eog.join(", ");
-            steps.push(match &self.eyes {
-                EyeMethod::Regression => format!("Eye movements: regression on {eog}"),
-                EyeMethod::Components(ica) => format!(
-                    "Eye movements: {} independent components (FastICA, seed {}); taken out are those whose correlation with {eog} is at least {}",
-                    ica.components,
-                    ica.seed,
-                    rounded(ica.least_correlation)
-                ),
-            });
+            steps.push(format!("Eye movements: regression on {eog}"));
         }
         if !self.interpolated.is_empty() {
             steps.push(format!(
@@ -175,83 +146,6 @@ impl EegEpochs {
         )
     }
 
-    /// The averages: one row for each condition, channel and time.
-    #[must_use]
-    pub fn evoked_table(&self) -> Table {
-        let mut table = Table::new([
-            Column::new("condition", "condition"),
-            Column::new("channel", "channel"),
-            Column::new("time, s", "time_s"),
-            Column::new("mean, V", "mean_v"),
-            Column::new("standard error, V", "error_v"),
-        ]);
-        for evoked in &self.evoked {
-            for (channel, name) in self.channels.iter().enumerate() {
-                let values = evoked.mean_v[channel].iter().zip(&evoked.error_v[channel]);
-                for (time, (mean, error)) in self.times_s.iter().zip(values) {
-                    table.rows.push(vec![
-                        Cell::from(evoked.condition.as_str()),
-                        Cell::from(name.as_str()),
-                        Cell::from(*time),
-                        Cell::from(*mean),
-                        Cell::from(*error),
-                    ]);
-                }
-            }
-        }
-        table
-    }
-
-    fn evoked_figure(&self, channel: usize) -> Figure {
-        let tones = Tone::several(self.evoked.len());
-        let lines = self.evoked.iter().zip(tones).map(|(evoked, tone)| {
-            let values = || self.times_s.iter().zip(&evoked.mean_v[channel]);
-            let errors = values().zip(&evoked.error_v[channel]);
-            let ribbon = errors.map(|((t, v), e)| (*t, 1e6 * (v - e), 1e6 * (v + e)));
-            let points = values().map(|(t, v)| (*t, 1e6 * v)).collect();
-            Line::new(
-                format!("{} ({})", evoked.condition, evoked.epochs),
-                tone,
-                points,
-            )
-            .ribbon(ribbon.collect())
-        });
-        let lines: Vec<Line> = lines.collect();
-        let reach = lines
-            .iter()
-            .flat_map(|line| &line.ribbon)
-            .map(|(_, low, high)| low.abs().max(high.abs()));
-        let reach = 1.08 * reach.fold(f64::MIN_POSITIVE, f64::max);
-        let times = Axis {
-            low: self.times_s[0],
-            high: self.times_s[self.times_s.len() - 1],
-            ..Axis::around(
-                "time from the marker, s",
-                Scale::Linear,
-                self.times_s.iter().copied(),
-            )
-        };
-        let name = &self.channels[channel];
-        let unit = match &self.config.reference {
-            crate::eeg::prepare::Reference::CurrentSourceDensity(_) => "µV/m²",
-            _ => "µV",
-        };
-        let label = format!("{name}, {unit}");
-        let before = self.baseline_s.map_or_else(
-            || "no baseline was taken away".to_owned(),
-            |[from, to]| {
-                format!(
-                    "each epoch less its mean from {} s to {} s",
-                    signed(from),
-                    signed(to)
-                )
-            },
-        );
-        Chart::new(times, Axis::new(label, -reach, reach), lines).captioned(format!(
-            "Average of the epochs of each condition at {name} (number of epochs in brackets), ± standard error; positive up; {before}."
-        ))
-    }
-
     /// The report.
     #[must_use]
     pub fn page(&self) -> Page {
@@ -262,18 +156,8 @@ impl EegEpochs {
         let steps = Block::Steps {
             steps: self.config.steps(),
         };
-        let components = self.eye_components.iter().flat_map(|found| {
-            // A name without a position is no error.
-            let positions = Positions::OfNames.of(&found.channels);
-            found.blocks(&positions.unwrap_or_default())
-        });
-        let components: Vec<Block> = components.collect();
         let mut counts = vec![Block::Table(self.counts.table())];
         counts.extend(self.counts.refused_blocks());
-        let figures = drawn_channels(&self.channels).into_iter();
-        let figures: Vec<Block> = figures
-            .map(|channel| Block::Figure(self.evoked_figure(channel)))
-            .collect();
         Page::new(
             format!("EEG epochs: {}", self.file),
             self.subject.to_string(),
@@ -288,32 +172,7 @@ impl EegEpochs {
             ],
         )
         .section("How epochs were made", [steps])
-        .section("Independent components", components)
         .section("Epochs by condition", counts)
-        .section("Evoked responses", figures)
         .warnings(&self.warnings)
-    }
-
-    /// The largest average at each drawn channel, one sentence for each condition.
-    #[must_use]
-    pub fn peak_sentences(&self) -> Vec<String> {
-        let of = |evoked: &super::Evoked| {
-            let peaks = drawn_channels(&self.channels)
-                .into_iter()
-                .filter_map(|channel| {
-                    let values = self.times_s.iter().zip(&evoked.mean_v[channel]);
-                    let (t, v) = values.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
-                    Some(format!(
-                        "{} {} µV at {} s",
-                        self.channels[channel],
-                        digits(1e6 * v),
-                        rounded(*t)
-                    ))
-                });
-            let peaks: Vec<String> = peaks.collect();
-            let text = format!("{}: largest average {}", evoked.condition, peaks.join(", "));
-            text.replace('-', "−")
-        };
-        self.evoked.iter().map(of).collect()
     }
 }
