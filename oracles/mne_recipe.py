@@ -103,15 +103,14 @@ def main():
         shell = re.findall(r"```bash\n(.*?)```", text, re.S)
         pieces = re.findall(r"```python\n(.*?)```", text, re.S)
         assert len(shell) == 3 and len(pieces) >= 4, (len(shell), len(pieces))
-        (folder / "docs").symlink_to(HERE.parent / "docs")
+        chapter = folder / "chapter"
+        (chapter / "bin").mkdir(parents=True)
+        (chapter / "docs").symlink_to(HERE.parent / "docs")
         for name, of in (("piezotact", PROGRAM), ("python3", sys.executable)):
-            (folder / "bin").mkdir(exist_ok=True)
-            (folder / "bin" / name).write_text(f'#!/bin/sh\nexec "{of}" "$@"\n')
-            (folder / "bin" / name).chmod(0o755)
-        (folder / "chapter.sh").write_text("set -e\nPATH=$PWD/bin:$PATH\n" + "".join(shell))
-        done(["bash", "chapter.sh"], folder)
-        (folder / "pieces.py").write_text("import matplotlib\nmatplotlib.use('Agg')\n" + "\n".join(pieces))
-        done([sys.executable, "pieces.py"], folder)
+            (chapter / "bin" / name).write_text(f'#!/bin/sh\nexec "{of}" "$@"\n')
+            (chapter / "bin" / name).chmod(0o755)
+        done(["bash", "-c", "set -e\nPATH=$PWD/bin:$PATH\n" + "".join(shell)], chapter)
+        done([sys.executable, "-c", "import matplotlib\nmatplotlib.use('Agg')\n" + "\n".join(pieces)], chapter)
         print(f"mne.md: {len(shell)} blocks of commands and {len(pieces)} pieces of Python run")
     if not all(checks):
         raise SystemExit(f"{len(checks) - sum(checks)} of {len(checks)} checks failed")
