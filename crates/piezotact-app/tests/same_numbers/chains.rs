@@ -187,7 +187,7 @@ pub(crate) const EEG: &[&str] = &[
     "twin record --bench eeg --task imagery --participant 4 --trials 10 --out P04_imagery.vhdr",
     "eeg info P01_control.vhdr",
     "eeg info P01_imagery.edf",
-    "eeg epochs P01_control.vhdr --participant P01 --event control --task control --low-pass 40 --reference average --reject-above 150 --csv evoked.csv",
+    "eeg epochs P01_control.vhdr --participant P01 --event control --task control --low-pass 40 --reference average --reject-above 150 --csv epochs.csv",
     "eeg erd P01_control.vhdr --participant P01 --event control --task control --eog VEOG,HEOG --min-epochs 8 --out c1.json",
     "eeg erd P01_imagery.edf --participant P01 --event imagery/M8=M8 --event imagery/BIO=BIO --event imagery/M3=M3 --task imagery --eog VEOG,HEOG --min-epochs 8 --out i1.json",
     "eeg erd P02_control.vhdr --participant P02 --event control --task control --eog VEOG,HEOG --min-epochs 8 --out c2.json",
