@@ -204,3 +204,94 @@ impl FallsWithLoad {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Criterion as Limits, ParticipantPenalty, Verdict};
+    use super::*;
+    use crate::criterion::{Criterion, Limit};
+    use crate::quantity::{Degrees, Newtons};
+    use crate::transfer::BundleAverage;
+
+    fn cell(load_n: f64) -> Cell {
+        Cell {
+            load_n: Newtons(load_n),
+            angle_deg: Degrees(20.0),
+        }
+    }
+
+    /// All random halves agree, and all participants are within the limit: what is open is said, and what would decide it.
+    #[test]
+    fn what_is_not_decided_at_100_percent_says_why() {
+        let worst = WorstCase {
+            cell: cell(0.2),
+            max_deviation_db: 5.1,
+            at_hz: 95.0,
+            ranking: vec![(cell(0.2), 5.1), (cell(0.6), 4.0)],
+            people: 4,
+            share: Some(1.0),
+            resamples: 1000,
+        };
+        assert_eq!(
+            worst.conclusion().replace('\u{a0}', " "),
+            "At which load and angle participants differ most is not decided; the largest measured deviation is at 20°, 0.2 N: 5.1 dB at \
+             95 Hz; next is 20°, 0.6 N with 4.0 dB. It has the largest deviation in 100 % of 1000 random halves of these 4 \
+             participants. It would be decided by at least 6 participants measured at every load and angle."
+        );
+        let enough = WorstCase { people: 6, ..worst };
+        assert_eq!(enough.outcome(), Judged::Met);
+        let apart = WorstCase {
+            share: Some(0.9),
+            ..enough
+        };
+        let open = apart.conclusion().replace('\u{a0}', " ");
+        assert!(
+            open.ends_with("It would be decided by agreement of at least 95 % of the halves."),
+            "{open}"
+        );
+
+        let one = ParticipantPenalty {
+            participant: "P01".into(),
+            db_rms: 1.0,
+            db_max: 2.0,
+        };
+        let limits = Limits::thesis_2024();
+        let rule = |what, found: f64, interval, limit| {
+            Criterion::new(what, "", found, Some(interval), limit)
+        };
+        let costs = CellPenalties {
+            averaging: BundleAverage::LogMagnitude,
+            people: vec![one.clone(); 5],
+            mean_db_rms: 1.0,
+            interval_db_rms: Some([0.5, 1.5]),
+            mean_db_max: 2.0,
+            worst: one,
+            verdict: Verdict {
+                outcome: Judged::NotDecided,
+                criterion: limits,
+                share_within: 1.0,
+                criteria: vec![
+                    rule(
+                        AverageCriterion::MeanPenalty,
+                        1.0,
+                        [0.5, 1.5],
+                        Limit::at_most(limits.db_rms),
+                    ),
+                    rule(
+                        AverageCriterion::ShareWithin,
+                        1.0,
+                        [0.48, 1.0],
+                        Limit::at_least(limits.least_share),
+                    ),
+                ],
+                people_needed: Some(36),
+            },
+        };
+        assert_eq!(
+            costs.conclusion(cell(0.2)).replace('\u{a0}', " "),
+            "Whether the average is sufficient at 20°, 0.2 N is not decided: 5 of 5 participants are within the limit (95 %: 48 % to 100 % \
+             of the population), and at least 90 % of the population is required. With the same scatter as these 5 participants, \
+             36 participants would decide it."
+        );
+    }
+}
