@@ -468,7 +468,7 @@ fn an_option_that_needs_another_says_so() {
         ("spectrum a.csv --report=a.html", "--report needs --rest"),
         (
             "render a.wav --transfer t.json --out d.wav --discard-raw",
-            "--discard-raw needs --mode",
+            "--discard-raw needs --bench",
         ),
         ("info a.csv --figures f", "unexpected argument '--figures'"),
         ("characterise --bench twin", "--out <OUT>"),
