@@ -17,7 +17,7 @@ use piezotact_dataset::read_transfer;
 use crate::benches::{self, BenchSpec};
 use crate::cli::{InverseName, ModeName, Takes};
 use crate::deliver::{Outputs, deliver};
-use crate::failure::Outcome;
+use crate::failure::{Failures, Outcome};
 use crate::interrupt::{self, interrupted};
 use drives::Drives;
 use strokes::Textures;
@@ -118,7 +118,12 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     };
     found.textures = drives.prepared(textures)?;
     let found = found.concluded();
-    let delivered = deliver(&args.outputs, &found);
+    delivered(args, &found, &failures)
+}
+
+/// Hands out what was prepared, and says what failed or was interrupted before the verdict.
+fn delivered(args: &Arguments, found: &PreparedDrives, failures: &Failures) -> Outcome {
+    let delivered = deliver(&args.outputs, found);
     if let Err(failure) = &delivered
         && !failure.is_verdict()
     {
