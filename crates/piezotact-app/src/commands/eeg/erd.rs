@@ -55,7 +55,7 @@ pub(crate) struct Arguments {
     )]
     window: Span,
     /// The first and the last time of epochs from the marker, s; default: baseline and window, and as much more as wavelets reach.
-    #[arg(long, hide = true, value_name = "FROM,TO", allow_hyphen_values = true)]
+    #[arg(long, value_name = "FROM,TO", allow_hyphen_values = true)]
     epoch: Option<Span>,
     /// A band; several are allowed.
     #[arg(long, value_name = "NAME=LOW..HIGH", default_value = "alpha=8..12")]
@@ -64,17 +64,17 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "NAME=ELECTRODES")]
     region: Vec<RegionOption>,
     /// The cycles of the wavelets: a number, or f/2 for half the frequency in Hz (80 ms SD at every frequency).
-    #[arg(long, hide = true, value_name = "CYCLES", default_value = "f/2")]
+    #[arg(long, value_name = "CYCLES", default_value = "f/2")]
     cycles: CyclesOption,
     /// What is averaged before the baseline is divided.
-    #[arg(long, hide = true, value_enum, default_value = "power-first")]
+    #[arg(long, value_enum, default_value = "power-first")]
     order: OrderOption,
     /// The fewest epochs of a surface.
-    #[arg(long, hide = true, value_name = "COUNT", default_value_t = 10)]
+    #[arg(long, value_name = "COUNT", default_value_t = 10)]
     min_epochs: usize,
     /// Measured positions of electrodes: a table with columns name, x (to the right), y (to the front) and z (up). Default: those of the
     /// names of the 10-10 system.
-    #[arg(long, hide = true, value_name = "TABLE.tsv")]
+    #[arg(long, value_name = "TABLE.tsv")]
     electrodes: Option<PathBuf>,
     #[command(flatten)]
     preparing: Preparing,

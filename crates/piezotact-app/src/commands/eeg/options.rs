@@ -28,12 +28,11 @@ pub(super) struct Preparing {
     event: Vec<Choice>,
     /// A table of markers that is read in the place of those of the file: columns onset (s from its first sample), duration, and `trial_type` or value
     /// (BIDS `_events.tsv`).
-    #[arg(long, hide = true, value_name = "EVENTS.tsv")]
+    #[arg(long, value_name = "EVENTS.tsv")]
     pub(super) events: Option<PathBuf>,
     /// The electrodes, separated by commas; default: all.
     #[arg(
         long,
-        hide = true,
         value_name = "NAMES",
         value_delimiter = ',',
         conflicts_with = "without"
@@ -43,13 +42,13 @@ pub(super) struct Preparing {
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     without: Vec<String>,
     /// Passes frequencies above this one, Hz, without delay.
-    #[arg(long, hide = true, value_name = "HZ")]
+    #[arg(long, value_name = "HZ")]
     high_pass: Option<f64>,
     /// Passes frequencies below this one, Hz, without delay.
-    #[arg(long, hide = true, value_name = "HZ")]
+    #[arg(long, value_name = "HZ")]
     low_pass: Option<f64>,
     /// Takes away the mains and its multiples, Hz, separated by commas: 50,100.
-    #[arg(long, hide = true, value_name = "HZ", value_delimiter = ',')]
+    #[arg(long, value_name = "HZ", value_delimiter = ',')]
     notch: Vec<f64>,
     /// EOG channels, separated by commas: their part in the others is taken away by regression.
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
@@ -66,10 +65,10 @@ pub(super) struct Preparing {
     #[arg(long, value_name = "UV")]
     reject_above: Option<f64>,
     /// Rejects epochs in which a channel spans less than this, µV peak to peak: it is flat.
-    #[arg(long, hide = true, value_name = "UV")]
+    #[arg(long, value_name = "UV")]
     reject_below: Option<f64>,
     /// Rejects epochs in which a channel drifts by more than this, µV over the epoch.
-    #[arg(long, hide = true, value_name = "UV")]
+    #[arg(long, value_name = "UV")]
     reject_drift: Option<f64>,
 }
 
