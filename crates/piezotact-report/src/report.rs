@@ -18,8 +18,8 @@ pub const MOST_COLUMNS: usize = 40;
 /// [`DrawError`] for a figure without points, for a table too broad for a page, and for a row that has not as many cells as
 /// the table has columns. Nothing is drawn then.
 pub fn html(page: &Page, words: &dyn Words) -> Result<String, DrawError> {
-    let sections = page.sections.iter();
-    let sections: Vec<Markup> = sections
+    let filled = |section: &&Section| !section.blocks.is_empty();
+    let sections: Vec<Markup> = (page.sections.iter().filter(filled))
         .map(|section| drawn_section(section, words))
         .collect::<Result<_, _>>()?;
     let body = html! {

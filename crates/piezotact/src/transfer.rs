@@ -557,3 +557,19 @@ fn few_left(of: usize, left_out: usize) -> Result<Option<Warning>, TransferError
         }))),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A delay turns the phase in a straight line, however often it goes around.
+    #[test]
+    fn an_unwrapped_phase_has_no_jumps() {
+        for turn in [-2.9, -0.4, 0.1, 3.0] {
+            let lines = (0..200).map(|line| Complex::from_polar(1.5, turn * f64::from(line)));
+            for (line, phase) in unwrapped(lines).into_iter().enumerate() {
+                assert!((phase - turn * line as f64).abs() < 1e-9, "{turn}: {line}");
+            }
+        }
+    }
+}

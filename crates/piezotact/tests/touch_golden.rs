@@ -5,14 +5,14 @@
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
-use piezotact::feature::{FeatureConfig, analyse};
+use piezotact::feature::{FeatureConfig, analyse, stroke_forces};
 use piezotact::filter::{HighPass, ZeroPhase};
 use piezotact::panel::share_interval;
 use piezotact::quantity::{Hertz, SampleRate, Unit};
 use piezotact::recording::{Channel, Condition, Provenance, Recording};
 use piezotact::roles::Roles;
-use piezotact::statistics::{log_fit, paired_difference, rank_correlation, spearman};
-use piezotact::stroke::{CutBy, Interval, Rule, Segmentation, Stroke};
+use piezotact::statistics::{log_fit, mean, paired_difference, rank_correlation, spearman};
+use piezotact::stroke::{CutBy, Interval, Rule, Segmentation, Signals, Stroke};
 use serde::Deserialize;
 
 #[derive(Deserialize)]
@@ -182,6 +182,17 @@ fn features_are_those_of_scipy() {
     let force = stroke.normal_force_n.unwrap();
     check("force, mean", force.mean, golden.force[0], 1e-12);
     check("force, sd", force.sd, golden.force[1], 1e-10);
+    // What is drawn of the stroke is what the features are of.
+    let signals = Signals::of(&recording, &segmentation.roles).unwrap();
+    let drawn = stroke_forces(&signals, &segmentation, all).unwrap();
+    let means = [&drawn.friction_coefficient, &drawn.normal_n].map(|samples| mean(samples));
+    check("friction drawn, mean", means[0], golden.friction[0], 1e-12);
+    check("force drawn, mean", means[1], golden.force[0], 1e-12);
+    for (i, tangential_n) in drawn.tangential_n.iter().enumerate() {
+        let [x, y] = [0, 1].map(|axis| signals.tangential_force_n[axis][i]);
+        let expected = x.hypot(y);
+        check("tangential force drawn", *tangential_n, expected, 1e-12);
+    }
     let line = (55.0 * N as f64 / RATE_HZ).round() as usize;
     check("FFT", analysis.fft.mean[line], golden.fft_55_hz, 1e-9);
     for (found, expected) in analysis

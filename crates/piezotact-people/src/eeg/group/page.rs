@@ -2,7 +2,7 @@
 
 use piezotact::criterion::Outcome;
 use piezotact::figure::{Axis, Chart, Figure, Line, Maps, Mark, Scale, Tone};
-use piezotact::number::{counted, digits, p_text, plus, rounded};
+use piezotact::number::{counted, digits, p_text, plus, rounded, signed};
 use piezotact::page::{Block, Cell, Column, Page, Table};
 
 use super::contrasts::unit_of;
@@ -428,15 +428,13 @@ impl EegStats {
             .clusters
             .iter()
             .map(|one| {
-                let span = |[from, to]: [f64; 2]| {
-                    format!("{} to {}", rounded(from), rounded(to)).replace('-', "−")
-                };
+                let ([from_hz, to_hz], [from_s, to_s]) = (one.hz, one.time_s);
                 vec![
                     Cell::from(one.p_value),
                     Cell::from(one.mass),
                     Cell::Text(one.nodes.to_string()),
-                    Cell::Text(span(one.hz)),
-                    Cell::Text(span(one.time_s)),
+                    Cell::Text(format!("{} to {}", rounded(from_hz), rounded(to_hz))),
+                    Cell::Text(format!("{} to {}", signed(from_s, 3), signed(to_s, 3))),
                     Cell::Text(electrodes_text(&one.electrodes)),
                     Cell::from(one.peak_t),
                     Cell::Text(format!(
