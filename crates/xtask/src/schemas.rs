@@ -13,7 +13,7 @@ use piezotact::panel::{AnalysedPanel, PanelAverage};
 use piezotact::prepare::PreparedDrives;
 use piezotact::quantity::{Acceleration, Drive};
 use piezotact::run::{Played, Recorded, TwinRecorded};
-use piezotact::score::Score;
+use piezotact::score::ScoredRecordings;
 use piezotact::sound::{LatencySummary, SoundCalibration, SoundDevices};
 use piezotact::spectrum::SpectrumDocument;
 use piezotact::study::{AnalysisDocument, ComparisonDocument, CutsDocument};
@@ -118,7 +118,7 @@ fn all() -> Result<BTreeMap<String, String>> {
         schema::<CountedPanels>()?,
         schema::<EvaluatedSurface>()?,
         schema::<RoughnessSet>()?,
-        schema::<Score>()?,
+        schema::<ScoredRecordings>()?,
         schema::<SpectrumDocument<'_>>()?,
         schema::<Kept<'_, TwinRecorded>>()?,
         schema::<Kept<'_, SimulatedSurface>>()?,

@@ -7,6 +7,7 @@ use piezotact::quantity::{Band, Measure};
 use piezotact_dataset::recording_formats;
 
 use super::Reading;
+use crate::deliver::Outputs;
 use crate::manipulations::{MANIPULATIONS, Requested};
 
 #[derive(Debug, Args)]
@@ -42,12 +43,8 @@ pub(crate) struct Manipulate {
     pub(crate) of_scale: Option<Measure>,
     #[command(flatten)]
     pub(crate) reading: Reading,
-    /// Writes a report: waveforms, spectra and levels, before and after.
-    #[arg(long, value_name = "REPORT.html")]
-    pub(crate) report: Option<PathBuf>,
-    /// Prints a summary as JSON.
-    #[arg(long)]
-    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) outputs: Outputs,
 }
 
 /// The operations, in the order of the command line. Each is an option of its own, as options are everywhere here;

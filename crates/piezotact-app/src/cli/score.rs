@@ -7,6 +7,7 @@ use piezotact::quantity::{Band, Measure};
 use piezotact::score::literature::LevelCurve;
 
 use super::Reading;
+use crate::deliver::Outputs;
 
 /// Which published threshold curve the literature's indices take, dB re full scale.
 #[derive(Clone, Copy, Debug, clap::ValueEnum)]
@@ -82,10 +83,6 @@ pub(crate) struct Score {
     pub(crate) curve: CurveName,
     #[command(flatten)]
     pub(crate) reading: Reading,
-    /// Writes a report.
-    #[arg(long, value_name = "REPORT.html")]
-    pub(crate) report: Option<PathBuf>,
-    /// Prints the result as JSON.
-    #[arg(long)]
-    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) outputs: Outputs,
 }

@@ -7,7 +7,8 @@ use anyhow::anyhow;
 use piezotact::Warning;
 use piezotact::lineage::{Level, Lineage, Step};
 use piezotact::manipulate::{
-    ManipulateDocument, ManipulateError, Manipulated, Texture, spectra_of, texture_of_stroke,
+    BeforeAndAfter, ManipulateDocument, ManipulateError, Manipulated, Texture, spectra_of,
+    texture_of_stroke,
 };
 use piezotact::quantity::{Acceleration, Quantity, Seconds};
 use piezotact::recording::{
@@ -18,16 +19,13 @@ use piezotact::series::Series;
 use piezotact::study::AnalysedRecording;
 use piezotact_dataset::sidecar::{Sidecar, read_sidecar, sidecar_path};
 use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
-use piezotact_report::manipulate::{Page, html};
 
 use super::touch::take_all;
-use crate::advice::OptionWords;
 use crate::cli::manipulate::Manipulate;
 use crate::cli::{Reading, Takes};
+use crate::deliver::deliver_and;
 use crate::failure::{Failure, Outcome, usage};
-use crate::invocation::write_report;
 use crate::manipulations::{Other, OtherRate, Requested, Settings, Speed};
-use crate::output::{digits_that_count, print, print_document, say_merged};
 use crate::places::outputs;
 use crate::reading::{read, texture};
 use crate::report::name;
@@ -74,40 +72,17 @@ pub(crate) fn run(args: &Manipulate) -> Outcome {
     let mut about = About::new(condition, opened.provenance);
     about.provenance.steps.extend(left_out);
     write(&args.out, &after, &about, annotations)?;
-    if let Some(path) = &args.report {
-        let shown = std::iter::once(&before).chain(&others).chain([&after]);
-        let page = Page {
-            title: format!("{}, manipulated", name(&args.input)),
-            bench: about.provenance.bench,
-            before: &before,
-            after: &after,
-            others: &others,
-            spectra: &spectra_of(shown)?,
-        };
-        write_report(path, &html(&page, &OptionWords)?)?;
-    }
-    let document = ManipulateDocument::of(&before, &after, &about.condition, &args.out);
-    if args.json {
-        return print_document(&document);
-    }
-    say_merged(&document.warnings);
-    print(&text(args, &document))
-}
-
-fn text(args: &Manipulate, document: &ManipulateDocument<'_>) -> String {
-    let steps = document.lineage.steps.iter();
-    let steps: Vec<String> = steps.map(|step| format!("  {step}\n")).collect();
-    let report = args.report.as_ref();
-    let report = report.map(|path| format!("report: {}\n", path.display()));
-    format!(
-        "{}\n{}{}wrote {}: {:.3}, {} m/s² rms",
-        args.input.display(),
-        steps.concat(),
-        report.unwrap_or_default(),
-        document.out.display(),
-        document.duration_s,
-        digits_that_count(document.rms_after, 4)
-    )
+    let textures = std::iter::once(&before).chain(&others).chain([&after]);
+    let shown = BeforeAndAfter {
+        title: format!("{}, manipulated", name(&args.input)),
+        bench: about.provenance.bench,
+        before: &before,
+        after: &after,
+        others: &others,
+        spectra: &spectra_of(textures)?,
+    };
+    let document = ManipulateDocument::of(shown, &about.condition, &args.out);
+    deliver_and(&args.outputs, &document, &[&args.out])
 }
 
 /// Refuses what cannot be asked for: nothing to do, options without a use, outputs that would replace an input.
@@ -137,7 +112,7 @@ fn checked(args: &Manipulate) -> Outcome {
     let read: Vec<&Path> = others.into_iter().chain([args.input.as_path()]).collect();
     let sidecar = sidecar_path(&args.out);
     let mut written = vec![args.out.as_path(), &sidecar];
-    written.extend(args.report.as_deref());
+    written.extend(args.outputs.files());
     outputs(&read, &written)
 }
 

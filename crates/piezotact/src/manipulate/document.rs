@@ -4,16 +4,16 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::Texture;
+use super::BeforeAndAfter;
 use crate::document::Content;
 use crate::lineage::Lineage;
-use crate::quantity::{Quantity, SampleRate, Seconds, Unit};
+use crate::quantity::{Acceleration, Quantity, SampleRate, Seconds, Unit};
 use crate::recording::Condition;
 use crate::statistics::standard_deviation;
 use crate::warning::{Merged, merged};
 
 /// A texture that was manipulated: what it was before and what it is after.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct ManipulateDocument<'a> {
     /// The file that holds it.
@@ -36,6 +36,9 @@ pub struct ManipulateDocument<'a> {
     pub text: String,
     /// What limits it.
     pub warnings: Vec<Merged>,
+    /// What its report shows.
+    #[serde(skip)]
+    pub shown: BeforeAndAfter<'a>,
 }
 
 impl Content for ManipulateDocument<'_> {
@@ -43,27 +46,24 @@ impl Content for ManipulateDocument<'_> {
 }
 
 impl<'a> ManipulateDocument<'a> {
-    /// What became of the texture `before`, kept in the file `out`.
+    /// The texture after its manipulation, kept in the file `out`.
     ///
     /// Source: docs/decisions/documents.md.
     #[must_use]
-    pub fn of<Q: Quantity>(
-        before: &Texture<Q>,
-        after: &'a Texture<Q>,
-        condition: &'a Condition,
-        out: &'a Path,
-    ) -> Self {
+    pub fn of(shown: BeforeAndAfter<'a>, condition: &'a Condition, out: &'a Path) -> Self {
+        let (before, after) = (shown.before, shown.after);
         Self {
             out,
             rate_hz: after.series.rate(),
             duration_s: after.series.duration(),
             rms_before: standard_deviation(before.series.samples()),
             rms_after: standard_deviation(after.series.samples()),
-            unit: Q::UNIT,
+            unit: Acceleration::UNIT,
             condition,
             lineage: &after.lineage,
             text: after.lineage.to_string(),
             warnings: merged(&after.warnings),
+            shown,
         }
     }
 }

@@ -8,6 +8,7 @@
 mod excitation;
 pub mod literature;
 mod measurement;
+mod page;
 mod perceptible;
 mod verdict;
 mod warning;
@@ -19,6 +20,7 @@ pub use warning::{NoIndicesCause, NotComparedCause, NotComputed, ScoreWarning};
 
 pub use literature::{Literature, LiteratureConfig};
 pub use measurement::{JudgedMeasurement, Measurement, Target, judged_measurement};
+pub use page::ScoredRecordings;
 pub use perceptible::with_perceptible_difference;
 pub use verdict::{How, ScoreCriterion, Verdict};
 pub use waveform::{Extent, Waveform};
@@ -27,7 +29,6 @@ use crate::clipping::{ClippedAt, ClippingWarning, flat_top_fraction};
 use crate::criterion::Criterion;
 pub use crate::discrimination::Difference;
 use crate::discrimination::{ContactMap, Differences, Excitation, Model, differences};
-use crate::document::Content;
 use crate::feature::Weighting;
 use crate::number::rounded;
 use crate::quantity::{Acceleration, Band, Decibels, Hertz, Seconds};
@@ -424,11 +425,6 @@ fn computed(
             None
         }
     }
-}
-
-impl Content for Score {
-    const SCHEMA: &'static str = "score";
-    const VERSION: u32 = 2;
 }
 
 fn refuse(
