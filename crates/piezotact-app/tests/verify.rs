@@ -97,7 +97,7 @@ fn a_report_shows_what_it_was_given_and_nothing_else() {
     expect_shown(&also, &[ALSO, ">foreign.parquet<"], &[STRAIGHT, BEFORE]);
     // The warnings about it is said of it, in the report and in the console.
     let also_said = verify(&folder, &format!("{base} --also foreign.parquet"));
-    assert!(also_said.err().contains("foreign.parquet: warning: "));
+    assert!(also_said.err().contains("warning: foreign.parquet: "));
     assert!(
         also_said.out().contains("foreign.parquet: not passed"),
         "{}",

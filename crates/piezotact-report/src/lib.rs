@@ -22,7 +22,6 @@ pub mod report;
 pub mod spectrogram;
 mod stacked;
 pub mod touch;
-pub mod verify;
 
 use piezotact::figure::{Chart, Drawn, Figure, Panels};
 

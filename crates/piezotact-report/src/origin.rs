@@ -23,11 +23,6 @@ pub fn row(what: &str, value: &dyn Render) -> Markup {
     html! { tr { th { (what) } td { (value) } } }
 }
 
-/// A row with a source and what was done to it, step by step.
-pub(crate) fn traced(what: &str, source: &str, done: &[impl Display]) -> Markup {
-    row(what, &html! { (source) (steps(done)) })
-}
-
 /// What was done, step by step.
 pub fn steps(done: &[impl Display]) -> Markup {
     html! { ol { @for step in done { li { (step.to_string()) } } } }
@@ -39,13 +34,12 @@ mod tests {
 
     #[test]
     fn a_section_ends_with_the_program() {
-        let rows =
-            html! { (row("bench", &"twin")) (traced("texture", "S8 & S4", &["cut", "gain"])) };
+        let rows = html! { (row("bench", &"S8 & S4")) (row("texture", &steps(&["cut", "gain"]))) };
         let found = section("Origin of the data", &rows).into_string();
         let version = env!("CARGO_PKG_VERSION");
         let expected = format!(
-            "<section><h2>Origin of the data</h2><table><tr><th>bench</th><td>twin</td></tr>\
-             <tr><th>texture</th><td>S8 &amp; S4<ol><li>cut</li><li>gain</li></ol></td></tr>\
+            "<section><h2>Origin of the data</h2><table><tr><th>bench</th><td>S8 &amp; S4</td></tr>\
+             <tr><th>texture</th><td><ol><li>cut</li><li>gain</li></ol></td></tr>\
              <tr><th>program</th><td>piezotact {version}</td></tr></table></section>"
         );
         assert_eq!(found, expected);

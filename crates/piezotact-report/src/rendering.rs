@@ -8,10 +8,11 @@ use piezotact::document::Words;
 use piezotact::lineage::Mode;
 use piezotact::number::{difference_db, plus, signed};
 use piezotact::quantity::Band;
-use piezotact::verify::CLOSE_DB;
+use piezotact::verify::{CLOSE_DB, open_and_closed};
 use piezotact::warning::merged;
 
-use crate::{DrawError, UNKNOWN_BENCH, bench_text, broad_document, figure, figures, origin};
+use crate::chart::HEIGHT;
+use crate::{Draw, DrawError, UNKNOWN_BENCH, bench_text, broad_document, figure, origin};
 
 /// What a report of renderings shows, as it grows: of each what it says, not what was recorded.
 #[derive(Debug)]
@@ -285,7 +286,7 @@ fn one(row: &Row<'_>, words: &dyn Words) -> Result<Markup, DrawError> {
                 (format!("{}. ", capital(&row.kept)))
                 @if bands.is_empty() { "No part of the band is given up." } @else { (format!("Given up: {}.", bands.join(", "))) }
             }
-            (figure(&figures::open_and_closed(row.open, row.closed)?, "Power spectral densities of the target and of the \
+            (figure(&open_and_closed(row.open, row.closed).svg(HEIGHT + 40)?, "Power spectral densities of the target and of the \
                 measured responses in open and closed loop, and below the remaining error in the closed loop at each spectral line. \
                 Shaded: the bands that the inverse reaches. Red: the limit for the rms of the error."))
             @if !row.drive.about.warnings.is_empty() {

@@ -137,7 +137,7 @@ fn numbers(all: &[Number]) -> Markup {
 }
 
 /// Warnings as a list, or that there are none.
-pub fn drawn_warnings(warnings: &[Merged], words: &dyn Words) -> Markup {
+fn drawn_warnings(warnings: &[Merged], words: &dyn Words) -> Markup {
     html! {
         @if warnings.is_empty() {
             p.soft { "None: no value was limited, guessed or left out." }
@@ -145,11 +145,6 @@ pub fn drawn_warnings(warnings: &[Merged], words: &dyn Words) -> Markup {
             ul.warnings { @for warning in warnings { li { (words.merged(warning)) } } }
         }
     }
-}
-
-/// The section of warnings of a report.
-pub fn warnings_section(warnings: &[Merged], words: &dyn Words) -> Markup {
-    html! { section { h2 { "Warnings" } (drawn_warnings(warnings, words)) } }
 }
 
 /// Whether all cells of a column are numbers, so that they are right-aligned.

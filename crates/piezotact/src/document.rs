@@ -65,16 +65,6 @@ impl<T: Content> Content for Kept<'_, T> {
     const VERSION: u32 = T::VERSION;
 }
 
-/// A value with the name of the file that it is about.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-pub struct Named<'a, T> {
-    /// Its name.
-    pub file: &'a str,
-    #[serde(flatten)]
-    pub value: T,
-}
-
 /// Writes a value as its text; for serde's `serialize_with`.
 ///
 /// Source: house rule.
@@ -237,12 +227,6 @@ mod tests {
             text,
             r#"{"schema":"level","version":2,"out":"a.json","level_db":-3.5}"#
         );
-        let named = Named {
-            file: "b.wav",
-            value: &level,
-        };
-        let text = serde_json::to_string(&named).unwrap();
-        assert_eq!(text, r#"{"file":"b.wav","level_db":-3.5}"#);
     }
 
     #[test]

@@ -414,10 +414,6 @@ pub(crate) struct Verify {
     pub(crate) before_stroke: Option<u32>,
     #[command(flatten)]
     pub(crate) reading: Reading,
-    /// Writes a report.
-    #[arg(long, value_name = "REPORT.html")]
-    pub(crate) report: Option<PathBuf>,
-    /// Prints the result as JSON.
-    #[arg(long)]
-    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) outputs: Outputs,
 }

@@ -16,29 +16,26 @@ use piezotact::series::Series;
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{Estimator, TransferFunction};
 use piezotact::verify::{
-    DemoDocument, DriveSource, JudgedVerification, Measured, Verification, VerifyConfig,
-    drive_beside, tones, verify,
+    Compared, DemoDocument, DriveSource, JudgedVerification, Measured, ShownDrive, Verification,
+    VerifyConfig, drive_beside, tones, verify,
 };
 use piezotact_bench::procedure::{ACCELERATION_CHANNEL, CharacteriseConfig, DRIVE_CHANNEL};
 use piezotact_bench::{Bench, Excitation, ExcitationConfig};
 use piezotact_dataset::sidecar::{Rendering, Sidecar};
 use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
 use piezotact_dataset::{ReadOptions, TransferDocument, read_recording, write_transfer};
-use piezotact_report::verify::{Page, ShownDrive, Uncompensated, html};
 use piezotact_twin::{Participant, TwinParameters, record_texture};
 
 use super::characterise::characterise;
 use super::play::play;
 use super::render::{lineage, write_drive};
-use super::verify::verdict;
-use crate::advice::OptionWords;
 use crate::benches::{NamedBench as _, TwinSpec};
 use crate::cli::{Demo, Finger};
+use crate::deliver::{Outputs, deliver};
 use crate::failure::Outcome;
 use crate::interrupt::{self, Between, interrupted};
-use crate::invocation::write_report;
 use crate::keeping::Place;
-use crate::output::{document_text, print, print_document, say, say_warnings, write_text};
+use crate::output::{document_text, say, write_text};
 use crate::places::outputs;
 use crate::progress::{self, Words, Work};
 use crate::report;
@@ -84,23 +81,19 @@ pub(crate) fn run(args: &Demo) -> Outcome {
     ));
     let chain = Chain::measured(&mut bench, out, args.seed)?;
     let path = out.join("report.html");
-    write_report(&path, &chain.page()?)?;
     let report = report::name(&path);
-    let document = chain.document(&report);
+    let document = chain.document(&report)?;
     let verification = out.join("verification.json");
     write_text(
         &verification,
         &document_text(&document, Some(&verification))?,
     )?;
-    if args.json {
-        print_document(&document)?;
-        return verdict(&chain.verification);
-    }
-    say_warnings(&chain.verification.warnings);
-    print(&negative_control(&chain.uncompensated))?;
-    print(&format!("report: {}", path.display()))?;
-    print(&chain.verification.sentence())?;
-    verdict(&chain.verification)
+    let outputs = Outputs {
+        report: Some(path),
+        csv: None,
+        json: args.json,
+    };
+    deliver(&outputs, &document)
 }
 
 /// Makes the folder, and refuses one that holds files of those names of another command.
@@ -173,43 +166,40 @@ impl Chain {
         })
     }
 
-    /// The report.
-    fn page(&self) -> Outcome<String> {
+    fn document<'a>(&'a self, report: &'a str) -> Outcome<DemoDocument<'a>> {
         let (verification, drive) = (&self.verification, &self.drive);
         let rendering = Some(&self.rendering);
         let source = (&drive.drive, DriveSource::Rendered);
-        let page = Page {
-            title: "A texture rendered end to end".into(),
-            verification,
-            tones: tones(verification)?,
-            target: &self.recorded,
-            function: Some(&self.function),
-            texture: &self.target,
-            measured: "measured.parquet",
-            drive: Some(ShownDrive {
-                series: &drive.drive,
-                limit: drive.headroom.limit,
-                beside: drive_beside(verification, source, rendering),
-            }),
-            rendering,
-            provenance: &self.measured.about.provenance,
-            condition: &self.measured.about.condition,
-            predicted: None,
-            also: Vec::new(),
-            before: Vec::new(),
-            uncompensated: Some(&self.uncompensated),
-        };
-        Ok(html(&page, &OptionWords)?)
-    }
-
-    fn document<'a>(&'a self, report: &'a str) -> DemoDocument<'a> {
-        DemoDocument {
+        Ok(DemoDocument {
             report,
-            verification: JudgedVerification::of(&self.verification),
+            verification: JudgedVerification::of(verification),
             uncompensated: JudgedVerification::of(&self.uncompensated.as_it_stands),
             uncompensated_level_matched: JudgedVerification::of(&self.uncompensated.turned_down),
-        }
+            compared: Compared {
+                title: "A texture rendered end to end".into(),
+                target: &self.recorded,
+                texture: &self.target,
+                measured: "measured.parquet",
+                about: &self.measured.about,
+                rendering,
+                drive: Some(ShownDrive {
+                    series: &drive.drive,
+                    limit: drive.headroom.limit,
+                    beside: drive_beside(verification, source, rendering),
+                }),
+                function: Some(&self.function),
+                tones: tones(verification)?,
+            },
+        })
     }
+}
+
+/// The negative control: the texture sent directly to the device, without its transfer function.
+struct Uncompensated<T> {
+    /// One unit of texture as full scale.
+    as_it_stands: T,
+    /// Turned down until nothing clips.
+    turned_down: T,
 }
 
 const STEPS: Words = Words {
@@ -248,18 +238,6 @@ impl<'a> Steps<'a> {
             "give the same command again, which starts from the beginning",
         ))
     }
-}
-
-/// The negative control in words.
-fn negative_control(uncompensated: &Uncompensated<Verification>) -> String {
-    format!(
-        "texture played directly (negative control): {:.1} dB rms at 1 m/s² = full scale ({:.0} % clipped); attenuated and \
-         level-matched: {:.1} dB rms, waveform correlation {:.2}",
-        uncompensated.as_it_stands.error_db_rms,
-        uncompensated.as_it_stands.clipped_fraction * 100.0,
-        uncompensated.turned_down.error_db_rms_level_matched,
-        uncompensated.turned_down.waveform_correlation
-    )
 }
 
 fn band(low_hz: f64, high_hz: f64) -> Outcome<Band> {

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use anyhow::anyhow;
 use piezotact::Warning;
 use piezotact::device::DriveSetup;
-use piezotact::document::Named;
 use piezotact::quantity::{Acceleration, Band, Drive, Quantity, Unit};
 use piezotact::recording::{Recording, RecordingError};
 use piezotact::render::Rendering;
@@ -14,23 +13,21 @@ use piezotact::score::{JudgedMeasurement, Measurement, Target, judged_measuremen
 use piezotact::series::Series;
 use piezotact::transfer::TransferFunction;
 use piezotact::verify::{
-    self, Changed, DriveSource, JudgedVerification, UncompensatedOutcome, Verdict, Verification,
-    VerifyConfig, VerifyDocument, VerifyError, drive_beside, predict_uncompensated, tones,
+    self, Changed, Compared, DriveSource, FurtherVerification, JudgedVerification, ShownDrive,
+    TextureBefore, UncompensatedOutcome, Verification, VerifyConfig, VerifyDocument, VerifyError,
+    drive_beside, predict_uncompensated, tones,
 };
-use piezotact::warning::merged;
 use piezotact_bench::procedure::DRIVE_CHANNEL;
 use piezotact_dataset::sidecar::read_sidecar;
 use piezotact_dataset::{Contents, ReadOptions, read_recording, read_transfer};
-use piezotact_report::verify::{Also, Before, Page, ShownDrive, Stated};
 
 use super::manipulate;
 use super::manipulate::Chosen;
-use crate::advice::{OptionWords, text};
 use crate::cli::{Reading, Verify};
+use crate::deliver::{Outputs, deliver};
 use crate::failure::{Failure, Outcome, usage};
-use crate::invocation::write_report;
 use crate::memory::fits;
-use crate::output::{difference_db, print, print_document, say, say_warnings};
+use crate::output::difference_db;
 use crate::places::outputs;
 use crate::progress::{Words, Work};
 use crate::reading::{inspected, rate_option, read, texture};
@@ -45,19 +42,7 @@ const COMPARING: Words = Words {
 
 pub(crate) fn run(args: &Verify) -> Outcome {
     let found = found(args)?;
-    if let Some(path) = &args.report {
-        write_report(path, &found.report(args)?)?;
-    }
-    if args.json {
-        print_document(&found.document())?;
-    } else {
-        found.say()?;
-        if let Some(path) = &args.report {
-            print(&format!("report: {}", path.display()))?;
-        }
-        print(&found.judged.found.verification.sentence())?;
-    }
-    verdict(&found.judged.found.verification)
+    deliver(&args.outputs, &found.document(args)?)
 }
 
 /// How close the measurement in `measured` came to the target in `target` over `band`, as this command says it.
@@ -79,8 +64,11 @@ pub(super) fn verified(target: &Path, measured: &Path, band: Band) -> Outcome<Ve
             scale: None,
             rate: None,
         },
-        report: None,
-        json: false,
+        outputs: Outputs {
+            report: None,
+            csv: None,
+            json: false,
+        },
     };
     Ok(found(&args)?.judged.found.verification)
 }
@@ -189,8 +177,7 @@ fn check_outputs(args: &Verify) -> Outcome {
         .chain(&args.before)
         .map(PathBuf::as_path)
         .collect();
-    let written: Vec<&Path> = args.report.iter().map(PathBuf::as_path).collect();
-    outputs(&inputs, &written)
+    outputs(&inputs, &args.outputs.files())
 }
 
 impl Found {
@@ -227,90 +214,37 @@ impl Found {
         })
     }
 
-    fn report(&self, args: &Verify) -> Outcome<String> {
+    fn document(&self, args: &Verify) -> Outcome<VerifyDocument<'_>> {
         let judged = &self.judged;
-        let also = self.also().map(|(also, label)| Also {
-            label,
-            verification: &also.found.verification,
-            warnings: merged(also.warnings_of_its_own(&self.target)),
-            rendering: match also.rendering {
-                Some(_) => Stated::Rendering,
-                None => Stated::Nothing,
-            },
+        let verification = &judged.found.verification;
+        let also = self.also().map(|(also, file)| FurtherVerification {
+            file,
+            verification: JudgedVerification::of(&also.found.verification),
+            rendered_at_db: also.rendering.as_ref().map(|made| made.level_db),
+            warnings: also.warnings_of_its_own(&self.target).cloned().collect(),
         });
-        let before = self.before().map(|(earlier, label)| Before {
-            label,
-            series: &earlier.series,
+        let before = self.before().map(|(earlier, file)| TextureBefore {
+            file,
             changed: &earlier.changed,
+            series: &earlier.series,
         });
-        let page = Page {
-            title: format!("Verification of {}", report::name(&args.target)),
-            target: &self.target,
-            verification: &judged.found.verification,
-            tones: tones(&judged.found.verification)?,
-            texture: &judged.found.texture,
-            measured: &self.names[0][0],
-            function: self.function.as_ref(),
-            drive: self.drive(),
-            rendering: judged.rendering.as_ref(),
-            provenance: &judged.recording.about.provenance,
-            condition: &judged.recording.about.condition,
-            predicted: self.predicted.as_ref(),
-            also: also.collect(),
-            before: before.collect(),
-            uncompensated: None,
-        };
-        Ok(piezotact_report::verify::html(&page, &OptionWords)?)
-    }
-
-    fn document(&self) -> VerifyDocument<'_> {
-        let also = self.also().map(|(also, file)| Named {
-            file,
-            value: JudgedVerification::of(&also.found.verification),
-        });
-        let before = self.before().map(|(earlier, file)| Named {
-            file,
-            value: &earlier.changed,
-        });
-        VerifyDocument {
-            verification: JudgedVerification::of(&self.judged.found.verification),
+        Ok(VerifyDocument {
+            verification: JudgedVerification::of(verification),
             uncompensated_predicted: self.predicted.as_ref(),
             also: also.collect(),
             before: before.collect(),
-        }
-    }
-
-    /// Says what gives a warning, and prints what was found beside the verdict.
-    fn say(&self) -> Outcome {
-        let verification = &self.judged.found.verification;
-        say_warnings(&verification.warnings);
-        for (also, name) in self.also() {
-            for warning in also.warnings_of_its_own(&self.target) {
-                say(&format!("{name}: warning: {}", text(warning)));
-            }
-        }
-        for (earlier, name) in self.before() {
-            print(&format!(
-                "from {name} to the target: level {} dB, difference in spectral shape {:.2} dB rms over {}",
-                difference_db(earlier.changed.level_db),
-                earlier.changed.shape_error_db_rms,
-                earlier.changed.band_hz
-            ))?;
-        }
-        if let Some(UncompensatedOutcome::Predicted(predicted)) = &self.predicted {
-            print(&format!(
-                "texture played directly, without rendering (predicted, level-matched): {:.2} dB rms over {}, waveform \
-                 correlation {:.3}",
-                predicted.error_db_rms_level_matched,
-                predicted.judged_band(verification),
-                predicted.waveform_correlation
-            ))?;
-        }
-        for (also, name) in self.also() {
-            let sentence = also.found.verification.sentence();
-            print(&format!("{name}: {sentence}"))?;
-        }
-        Ok(())
+            compared: Compared {
+                title: format!("Verification of {}", report::name(&args.target)),
+                target: &self.target,
+                texture: &judged.found.texture,
+                measured: &self.names[0][0],
+                about: &judged.recording.about,
+                rendering: judged.rendering.as_ref(),
+                drive: self.drive(),
+                function: self.function.as_ref(),
+                tones: tones(verification)?,
+            },
+        })
     }
 }
 
@@ -519,14 +453,4 @@ fn rendered_in(path: &Path) -> Outcome<(Rendering, Series<Drive>)> {
     })?;
     let drive = contents.recording.series::<Drive>(None);
     Ok((rendering, drive.map_err(|error| of_file(path, error))?))
-}
-
-/// What a verification concludes, as an outcome with its exit code.
-pub(crate) fn verdict(verification: &Verification) -> Outcome {
-    match verification.verdict {
-        Verdict::Passed => Ok(()),
-        Verdict::NotPassed => Err(Failure::NotPassed),
-        Verdict::PassedInPart { .. } => Err(Failure::PassedInPart),
-        Verdict::NotDecided => Err(Failure::NotDecided),
-    }
 }

@@ -2,8 +2,11 @@
 
 use serde::Serialize;
 
-use super::{Changed, UncompensatedOutcome, Verification};
-use crate::document::{Content, Named};
+use super::{Changed, Compared, UncompensatedOutcome, Verification};
+use crate::document::Content;
+use crate::quantity::Acceleration;
+use crate::series::Series;
+use crate::warning::Warning;
 
 /// A verification with its verdict as a yes or no and as a sentence, which follow from it and change with it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -32,8 +35,38 @@ impl<'a> JudgedVerification<'a> {
     }
 }
 
-/// How close a measurement came to its target, with the other measurements that were asked for: several values of one command.
+/// A further measurement of the same target.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct FurtherVerification<'a> {
+    /// The name of its file.
+    pub file: &'a str,
+    #[serde(flatten)]
+    pub verification: JudgedVerification<'a>,
+    /// The level that it states to be rendered at re the target, dB; absent where it states none.
+    #[serde(skip)]
+    pub rendered_at_db: Option<f64>,
+    /// The warnings about it and not of its target alone.
+    #[serde(skip)]
+    pub warnings: Vec<Warning>,
+}
+
+/// A texture that the target was made from, or that it took something of.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct TextureBefore<'a> {
+    /// The name of its file.
+    pub file: &'a str,
+    /// What it differs by from the target.
+    #[serde(flatten)]
+    pub changed: &'a Changed,
+    /// The texture, m/s².
+    #[serde(skip)]
+    pub series: &'a Series<Acceleration>,
+}
+
+/// How close a measurement came to its target, with the other measurements that were asked for: several values of one command.
+#[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct VerifyDocument<'a> {
     /// The measurement that decides.
@@ -44,10 +77,13 @@ pub struct VerifyDocument<'a> {
     pub uncompensated_predicted: Option<&'a UncompensatedOutcome>,
     /// Further measurements.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub also: Vec<Named<'a, JudgedVerification<'a>>>,
+    pub also: Vec<FurtherVerification<'a>>,
     /// Textures before their manipulation.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub before: Vec<Named<'a, &'a Changed>>,
+    pub before: Vec<TextureBefore<'a>>,
+    /// What was compared.
+    #[serde(skip)]
+    pub compared: Compared<'a>,
 }
 
 impl Content for VerifyDocument<'_> {
@@ -55,7 +91,7 @@ impl Content for VerifyDocument<'_> {
 }
 
 /// A texture that was rendered, played and measured on the twin, and the same texture played as it stands: several values of one command.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct DemoDocument<'a> {
     /// The name of the report.
@@ -66,6 +102,9 @@ pub struct DemoDocument<'a> {
     pub uncompensated: JudgedVerification<'a>,
     /// The same, turned down until nothing clips.
     pub uncompensated_level_matched: JudgedVerification<'a>,
+    /// What was compared.
+    #[serde(skip)]
+    pub compared: Compared<'a>,
 }
 
 impl Content for DemoDocument<'_> {

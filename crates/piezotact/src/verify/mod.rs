@@ -16,6 +16,7 @@ mod events;
 mod intended;
 mod judge;
 mod lines;
+mod page;
 mod tones;
 mod uncompensated;
 mod verdict;
@@ -28,9 +29,12 @@ pub use changed::{Changed, changed};
 pub use clock::{Clock, Lost};
 pub use close::CLOSE_DB;
 pub use config::{Limits, Measured, RenderedBand, VerifyConfig};
-pub use document::{DemoDocument, JudgedVerification, VerifyDocument};
+pub use document::{
+    DemoDocument, FurtherVerification, JudgedVerification, TextureBefore, VerifyDocument,
+};
 pub use error::VerifyError;
 pub(crate) use lines::{errors_in_band, rms_of};
+pub use page::{Compared, ShownDrive, open_and_closed};
 use serde::Serialize;
 pub use tones::{Tones, tones};
 pub use uncompensated::{UncompensatedOutcome, UncompensatedPrediction, predict_uncompensated};
