@@ -124,7 +124,7 @@ fn a_tone_recorded_elsewhere_is_placed_by_its_bursts() {
     ];
     let done = folder.run(&line);
     done.expect_success();
-    assert!(done.out().contains("by both bursts"), "{}", done.out());
+    assert!(done.out().contains("By both bursts"), "{}", done.out());
     let found = folder.run(&[&line[..], &["--json"]].concat()).json();
     assert_eq!(
         (&found["schema"], &found["by"]),

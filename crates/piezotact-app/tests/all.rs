@@ -107,6 +107,7 @@ mod support;
 #[cfg(feature = "surface")]
 mod surfcom;
 mod touch;
+mod touch_measured;
 #[cfg(feature = "every-command")]
 mod twin;
 mod verify;

@@ -29,7 +29,7 @@ const WANTED: [(&str, &[&str]); 9] = [
 ];
 
 /// The options that people use, of the commands that have more.
-const USUAL: [(&str, &[&str]); 23] = [
+const USUAL: [(&str, &[&str]); 24] = [
     (
         "answers",
         &[
@@ -111,7 +111,6 @@ const USUAL: [(&str, &[&str]); 23] = [
         &[
             "event",
             "epoch",
-            "baseline",
             "without",
             "eog",
             "interpolate",
@@ -139,6 +138,12 @@ const USUAL: [(&str, &[&str]); 23] = [
             "out",
             "report",
             "json",
+        ],
+    ),
+    (
+        "eeg stats",
+        &[
+            "unit", "gradient", "margin", "band", "region", "csv", "report", "json", "figures",
         ],
     ),
     (
