@@ -1,4 +1,4 @@
-//! `piezotact campaign design`, `protocol` and `dictionary` as a black box.
+//! `piezotact campaign design` and `protocol` as a black box.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
 use serde_json::Value;
@@ -45,7 +45,7 @@ fn table_5_leaves_47_of_78_pairs_untested() {
         "The source has 60 min for measurement, not 42. It also has the measurement of the transfer function",
         "The source has 90 min for discrimination: as here.",
         "14 samples, 13 of them in 12 sets of 3",
-        "wrote r.html",
+        "report: r.html",
     ] {
         assert!(out.contains(part), "no `{part}` in: {out}");
     }
@@ -213,7 +213,7 @@ fn a_file_is_preferred_to_the_library_and_this_is_said() {
     std::fs::rename(folder.path("own.toml"), folder.path("periodic_pilot")).unwrap();
     let done = design(&folder, &["periodic_pilot"]);
     done.expect_success();
-    assert!(done.out().starts_with("Our own: "), "{}", done.out());
+    assert!(done.out().contains("\nOur own: "), "{}", done.out());
     assert!(
         done.err()
             .contains("a file here and a protocol of the library: the file is read")
@@ -234,7 +234,7 @@ fn the_library_is_listed_and_written() {
         );
         design(&folder, &[name]).expect_success();
         folder
-            .run(&["campaign", "dictionary", name])
+            .run(&["campaign", "protocol", name, "--dictionary"])
             .expect_success();
     }
     let none = ["campaign", "protocol", "triplets"];
@@ -248,7 +248,13 @@ fn the_library_is_listed_and_written() {
 fn a_dictionary_names_columns_by_task() {
     let folder = Folder::new();
     let document = folder
-        .run(&["campaign", "dictionary", "amplitude_inversion", "--json"])
+        .run(&[
+            "campaign",
+            "protocol",
+            "amplitude_inversion",
+            "--dictionary",
+            "--json",
+        ])
         .json();
     assert_eq!(document["schema"], "campaign_dictionary");
     let task = &document["tasks"][2];
@@ -260,7 +266,12 @@ fn a_dictionary_names_columns_by_task() {
     );
     assert_eq!(task["meanings"]["position"]["Units"], "1");
     let out = folder
-        .run(&["campaign", "dictionary", "amplitude_inversion"])
+        .run(&[
+            "campaign",
+            "protocol",
+            "amplitude_inversion",
+            "--dictionary",
+        ])
         .out();
     for part in [
         "measure: Strokes on each sample. Nothing is answered.",

@@ -60,7 +60,7 @@ fn two_stations_have_the_matrix_of_one() {
     ] {
         let of = |folder: &Folder| {
             let document = run(folder, line).json();
-            match line.starts_with("matrix") {
+            match line.starts_with("answers") {
                 true => results(document),
                 false => document,
             }

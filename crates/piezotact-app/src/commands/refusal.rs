@@ -78,11 +78,14 @@ pub(crate) fn needing(refused: &Error, root: &Command, words: &[OsString]) -> Op
                 }
                 Err(_) => return None,
             };
-            missing.iter().find(|one| !still.contains(one))
+            let needed = missing.iter().filter(|one| !still.contains(one));
+            let needed: Vec<&str> = needed.filter_map(|one| one.split(' ').next()).collect();
+            (!needed.is_empty()).then_some(needed)
         })?;
-        let needed = unneeded.split(' ').next()?;
+        let all = if unneeded.len() > 1 { "all" } else { "both" };
+        let needed = unneeded.join(" and ");
         Some(format!(
-            "{name} needs {needed}: give both, or leave {name} out"
+            "{name} needs {needed}: give {all}, or leave {name} out"
         ))
     })
 }

@@ -256,9 +256,12 @@ pub(crate) fn differences(
     wrong
 }
 
-/// Sixteen hexadecimal digits: of samples, or of the values of a transfer function.
+/// The sum of samples or of the values of a transfer function, of a drive as its sidecar states it, or of a file (SHA-256).
 fn is_checksum(value: &Value) -> bool {
-    let digits = |text: &str| text.len() == 16 && text.bytes().all(|b| b.is_ascii_hexdigit());
+    let digits = |text: &str| {
+        let sum = text.strip_prefix("fold64:").unwrap_or(text);
+        matches!(sum.len(), 16 | 64) && sum.bytes().all(|b| b.is_ascii_hexdigit())
+    };
     value.as_str().is_some_and(digits)
 }
 

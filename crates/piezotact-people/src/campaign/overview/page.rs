@@ -12,12 +12,11 @@ const MATRIX_SAMPLES: usize = 40;
 
 impl Shown for CampaignDesign {
     fn page(&self) -> Page {
-        let origin = format!(
-            "Protocol {}, from {}. Seed of simulations: {}.",
-            self.protocol, self.source, self.report.seed
-        );
+        let origin = format!("Seed of simulations: {}.", self.report.seed);
+        let named = format!("{} ({}, from {}).", self.title, self.protocol, self.source);
         let mut first = vec![
             Block::conclusion(self.sentence(), self.outcome()),
+            Block::conclusion(named, None),
             Block::conclusion(self.asked_sentence(), None),
             Block::conclusion(self.judged_sentence(), None),
             Block::conclusion(self.time_sentence(), None),
@@ -37,19 +36,19 @@ impl Shown for CampaignDesign {
         if !self.report.faults.is_empty() {
             page = page.section("Faults and better plans", self.faults());
         }
+        if let Some(study) = &self.power {
+            page = page.section("Power", power_blocks(study));
+        }
         page = page
             .section("Time of each participant", self.time())
             .section("Pairs of samples", self.pairs())
             .section("Chance", self.chance());
-        if let Some(study) = &self.power {
-            page = page.section("Power", power_blocks(study));
-        }
         if !self.report.criteria.is_empty() {
             let note = "The 95 % interval is that of the simulation. A rule is not decided where it contains the limit.";
             let rules = Table::of_criteria(&self.report.criteria);
             page = page.section("Rules", [rules.into(), Block::note(note)]);
         }
-        page.rows(self.sessions_table())
+        page
     }
 }
 
@@ -226,6 +225,6 @@ fn power_blocks(study: &PowerStudy) -> Vec<Block> {
             )
             .into(),
         Block::note(format!("Each point: {campaigns} simulated campaigns.")),
-        Block::folded("The same as a table", [study.table().into()]),
+        study.table().into(),
     ]
 }
