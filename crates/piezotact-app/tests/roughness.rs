@@ -198,7 +198,7 @@ fn a_profile_is_stated_tabulated_and_reported() {
     ]);
     done.expect_success();
     assert!(
-        done.out().ends_with("wrote out.csv\nwrote out.html\n"),
+        done.out().ends_with("wrote out.csv\nreport: out.html\n"),
         "{}",
         done.out()
     );
@@ -310,8 +310,10 @@ fn a_map_is_reported_with_its_image() {
     }
     self_contained(&html);
     for (options, parts) in [
-        (&["--csv", "a.csv"][..], &["--csv", "height map"][..]),
-        (&["--standard", "iso4287"], &["--standard", "height map"]),
+        (
+            &["--standard", "iso4287"][..],
+            &["--standard", "height map"][..],
+        ),
         (&["--periodic"], &["--periodic", "height map"]),
         (&["--s-filter", "iso"], &["--s-filter iso", "height map"]),
         (

@@ -134,7 +134,7 @@ fn a_filtered_profile_is_not_filtered_again() {
     let done = folder.run(&["roughness", "plate_roughness.tx2", "--report", "r.html"]);
     for part in [
         "not filtered again",
-        "(instrument: ",
+        "Instrument (",
         "plate_settings.tx3",
         "λc 2.5 mm",
     ] {

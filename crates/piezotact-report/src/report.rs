@@ -46,11 +46,7 @@ pub fn terminal(page: &Page) -> Result<String, DrawError> {
     for block in page.blocks() {
         match block {
             Block::Conclusion { text, .. } => lines.push(text.clone()),
-            Block::Numbers { numbers } => lines.extend(
-                numbers
-                    .iter()
-                    .map(|number| format!("{}: {}", number.name, number.value)),
-            ),
+            Block::Numbers { numbers } => lines.extend(in_columns(numbers)),
             _ => {}
         }
     }
@@ -61,6 +57,15 @@ pub fn terminal(page: &Page) -> Result<String, DrawError> {
         lines.push(text(table)?);
     }
     Ok(lines.join("\n"))
+}
+
+/// Numbers as lines: values below each other, and what they are beside them.
+fn in_columns(numbers: &[Number]) -> impl Iterator<Item = String> {
+    let widest = numbers.iter().map(|number| number.value.chars().count());
+    let width = widest.max().unwrap_or(0);
+    numbers
+        .iter()
+        .map(move |number| format!("  {:<width$}  {}", number.value, number.name))
 }
 
 fn drawn_section(section: &Section, words: &dyn Words) -> Result<Markup, DrawError> {

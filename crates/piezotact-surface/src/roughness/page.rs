@@ -23,8 +23,7 @@ const FIRST: [&str; 8] = ["Ra", "Rq", "Rz", "RSm", "Sa", "Sq", "Sz", "Sdr"];
 
 impl Shown for EvaluatedSurface {
     fn page(&self) -> Page {
-        let origin = format!("{}: {}.", self.format, self.roughness.size_text());
-        let page = Page::new(format!("Roughness of {}", file_name(&self.file)), origin);
+        let page = Page::new(format!("Roughness of {}", file_name(&self.file)), "");
         let first = self.roughness.parameters().into_iter();
         let first = first.filter(|parameter| FIRST.contains(&parameter.symbol));
         let numbers = first.map(|parameter| {
@@ -32,32 +31,30 @@ impl Shown for EvaluatedSurface {
             let value = format!("{} {} {unit}", parameter.symbol, parameter.number());
             Number::new(value.trim_end(), parameter.meaning)
         });
-        let mut page = page
-            .section(
-                "",
-                [
-                    Block::conclusion(self.roughness.method_text(), None),
-                    Block::numbers(numbers),
-                ],
-            )
-            .warnings(&self.warnings);
+        let conclusion = format!(
+            "{}: {} ({}). {}.",
+            file_name(&self.file),
+            self.roughness.size_text(),
+            self.format,
+            self.roughness.method_text()
+        );
+        let mut first = vec![Block::conclusion(conclusion, None)];
+        first.extend(self.instrument.as_ref().map(|stated| {
+            let stated = format!(
+                "Instrument ({}): {}.",
+                file_name(&stated.file),
+                stated.text()
+            );
+            Block::conclusion(stated, None)
+        }));
+        first.push(Block::numbers(numbers));
+        let mut page = page.section("", first).warnings(&self.warnings);
         page.sections.extend(match &self.roughness {
             Roughness::Profile(roughness) => profile_figures(roughness),
             Roughness::Map(roughness) => map_figures(roughness),
         });
-        let mut all = vec![
-            self.parameters_table().into(),
-            Block::note(
-                "A dash: this parameter has no value for this surface; if that is a warning, the reason is listed above.",
-            ),
-        ];
-        all.extend(self.instrument.as_ref().map(|stated| {
-            Block::note(format!(
-                "Instrument ({}): {}.",
-                file_name(&stated.file),
-                stated.text()
-            ))
-        }));
+        let note = "A dash: this parameter has no value for this surface; if that is a warning, the reason is listed above.";
+        let all = [self.parameters_table().into(), Block::note(note)];
         let page = page.section("All parameters", all);
         match &self.roughness {
             Roughness::Profile(roughness) => page.rows(roughness.points_table()),

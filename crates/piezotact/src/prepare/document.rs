@@ -146,14 +146,6 @@ pub struct Prepared {
 }
 
 impl Prepared {
-    /// Its sentence with a capital letter.
-    pub(super) fn sentence_begun(&self) -> String {
-        let mut letters = self.sentence.chars();
-        letters.next().map_or(String::new(), |first| {
-            first.to_uppercase().chain(letters).collect()
-        })
-    }
-
     /// The texture `strokes` with its stroke in the file `target`, not rendered because of `why`.
     #[must_use]
     pub fn not_rendered(strokes: TextureStrokes, target: String, why: &str) -> Self {

@@ -140,9 +140,8 @@ impl PreparedDrives {
                 digits(distance_db)
             )
         });
-        let mut blocks = vec![Block::Text {
-            text: format!("{}.", one.sentence_begun()),
-        }];
+        let conclusion = format!("{}: {}.", one.strokes.texture, one.sentence);
+        let mut blocks = vec![Block::conclusion(conclusion, None)];
         blocks.push(Block::Text {
             text: format!(
                 "Rendered: stroke {} of {}, {:.2} to {:.2} s{distance}. Texture: {} in {}, of which one is usually {} dB rms from \

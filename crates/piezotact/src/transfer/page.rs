@@ -89,7 +89,7 @@ impl<'a, I: Quantity, O: Quantity> TransferReport<'a, I, O> {
             page = page.section("Refused measurements", [Block::Steps { steps }]);
         }
         let shown = figure(function, judged, &self.unit);
-        page = page.section("Transfer function", [Block::Figure(shown)]);
+        page = page.section("Transfer function", shown.map(Block::Figure));
         #[cfg(feature = "modal")]
         if let Some(hits) = super::impact_page::blocks(self) {
             page = page.section("Hits", hits);
@@ -335,14 +335,15 @@ fn origin<I: Quantity, O: Quantity>(function: &TransferFunction<I, O>) -> Vec<Fa
 }
 
 /// Magnitude, phase and, where there is one, coherence of a transfer function in `unit` over the excited part of `band`, in one
-/// figure. The first two have their limits where they are known, the first the area between H1 and H2.
+/// figure. The first two have their limits where they are known, the first the area between H1 and H2. `None` where no line of the
+/// function lies there.
 ///
 /// Source: thesis 2.5.3.
 pub fn figure<I: Quantity, O: Quantity>(
     function: &TransferFunction<I, O>,
     band: Band,
     unit: &str,
-) -> Figure {
+) -> Option<Figure> {
     let drawn = |excited: Band| {
         let low = excited.low().0.max(band.low().0);
         let high = excited.high().0.min(band.high().0);
@@ -352,6 +353,9 @@ pub fn figure<I: Quantity, O: Quantity>(
     let (from, to) = (shown.low().0.max(1.0), shown.high().0);
     let db = |magnitude: f64| Decibels::from_amplitude_ratio(magnitude).0;
     let lines: Vec<(usize, f64)> = function.lines_in(shown).collect();
+    if lines.is_empty() {
+        return None;
+    }
     let points = |value: &dyn Fn(usize) -> f64| -> Vec<(f64, f64)> {
         lines.iter().map(|(line, hz)| (*hz, value(*line))).collect()
     };
@@ -417,7 +421,7 @@ pub fn figure<I: Quantity, O: Quantity>(
         let axis = Axis::new("coherence", floor, above);
         panels.push(chart(axis, vec![measured("", coherence)]));
     }
-    Panels::new(panels).captioned(caption(function, shown))
+    Some(Panels::new(panels).captioned(caption(function, shown)))
 }
 
 /// The answer, noise and distortion by third octave.

@@ -290,7 +290,7 @@ impl<'a> Compared<'a> {
         &self,
         v: &Verification,
         function: &TransferFunction<Drive, Acceleration>,
-    ) -> [Block; 2] {
+    ) -> Vec<Block> {
         let inverted = self
             .rendering
             .map(|rendering| rendering.config.inverse.band);
@@ -307,7 +307,8 @@ impl<'a> Compared<'a> {
             function.resolution_hz()
         );
         let figure = transfer::figure(function, inverted.unwrap_or(v.band_hz), "(m/s²)/FS");
-        [Block::text(text), figure.into()]
+        let figure = figure.map(Block::Figure);
+        [Block::text(text)].into_iter().chain(figure).collect()
     }
 
     /// Warnings, methods and origin.
