@@ -157,7 +157,10 @@ fn a_tone_recorded_elsewhere_is_placed_by_its_bursts() {
     let report = std::fs::read_to_string(folder.path("align.html")).unwrap();
     assert!(report.contains("Places against the line") && report.contains("Bursts"));
     folder.run(&["rerun", "align.html"]).expect_success();
-    let rows = folder.run(&[&line[..3], &["--csv"]].concat()).out();
+    folder
+        .run(&[&line[..4], &["--csv", "rows.csv"]].concat())
+        .expect_success();
+    let rows = std::fs::read_to_string(folder.path("rows.csv")).unwrap();
     assert!(
         rows.starts_with("what,recorded_s,drive_s,residual_us,correlation,used\n"),
         "{rows}"

@@ -191,7 +191,7 @@ fn the_added_damping_stays_with_the_function() {
     done.expect_success();
     assert!(
         done.out()
-            .contains("25.0 1/s  damping σ added by the exponential window"),
+            .contains("25.0 1/s   damping σ added by the exponential window"),
         "{}",
         done.out()
     );
