@@ -6,7 +6,7 @@ use std::path::Path;
 
 use piezotact::Warning;
 use piezotact::document::{Content, Document, Kept};
-pub(crate) use piezotact::number::{counted, difference_db, digits, digits_that_count};
+pub(crate) use piezotact::number::{counted, difference_db, digits};
 use piezotact::warning::{Merged, merged};
 use piezotact_dataset::{WriteError, write_atomically};
 use serde_json::Value;

@@ -125,14 +125,14 @@ pub enum Block {
     /// Blocks side by side, where the screen is wide enough.
     Beside {
         /// The blocks.
-        blocks: Vec<Block>,
+        blocks: Vec<Self>,
     },
     /// Blocks that are shown when their summary is opened.
     Folded {
         /// What they are, in a few words.
         summary: String,
         /// The blocks.
-        blocks: Vec<Block>,
+        blocks: Vec<Self>,
     },
     /// Warnings, those of one kind as one; the words are those of whoever draws them.
     Warnings {

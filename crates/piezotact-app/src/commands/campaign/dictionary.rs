@@ -2,20 +2,20 @@
 
 use std::path::Path;
 
-use piezotact_people::campaign::dictionary::{TaskDictionary, dictionary};
+use piezotact_people::campaign::dictionary::{DataDictionary, TaskDictionary, dictionary};
 
 use super::protocol_of;
 use crate::failure::Outcome;
-use crate::output::{print, print_document};
 
-/// Prints the dictionary of the protocol `named`.
-pub(super) fn run(named: &Path, json: bool) -> Outcome {
-    let found = dictionary(&protocol_of(named)?);
-    if json {
-        return print_document(&found);
-    }
+/// The dictionary of the protocol `named`.
+pub(super) fn of(named: &Path) -> Outcome<DataDictionary> {
+    Ok(dictionary(&protocol_of(named)?))
+}
+
+/// Its tasks with their columns.
+pub(super) fn in_words(found: &DataDictionary) -> String {
     let tasks: Vec<String> = found.tasks.iter().map(text).collect();
-    print(&tasks.join("\n\n"))
+    tasks.join("\n\n")
 }
 
 /// A task with its columns, one below the other: levels stand below the meaning.

@@ -34,7 +34,11 @@ pub(super) fn run(args: &Arguments) -> Outcome {
         return print(&report::text(&library()?)?);
     };
     if args.dictionary {
-        return dictionary::run(named, args.json);
+        let found = dictionary::of(named)?;
+        return match args.json {
+            true => print_document(&found),
+            false => print(&dictionary::in_words(&found)),
+        };
     }
     let found = LIBRARY.iter().find(|(known, _)| Path::new(known) == named);
     let Some((_, toml)) = found else {

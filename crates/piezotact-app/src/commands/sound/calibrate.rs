@@ -19,8 +19,9 @@ use crate::benches::audio::{SoundDevice, calibration_path};
 use crate::deliver::{Outputs, deliver_and};
 use crate::failure::{Outcome, usage};
 use crate::invocation::{day, today};
-use crate::output::{digits_that_count, say};
+use crate::output::say;
 use crate::places::outputs;
+use piezotact::number::digits_that_count;
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
