@@ -29,7 +29,7 @@ const WANTED: [(&str, &[&str]); 9] = [
 ];
 
 /// The options that people use, of the commands that have more.
-const USUAL: [(&str, &[&str]); 24] = [
+const USUAL: [(&str, &[&str]); 26] = [
     (
         "answers",
         &[
@@ -172,6 +172,12 @@ const USUAL: [(&str, &[&str]); 24] = [
             "report",
             "json",
             "figures",
+        ],
+    ),
+    (
+        "panel average",
+        &[
+            "angle", "load", "band", "average", "out", "csv", "report", "json", "figures",
         ],
     ),
     (
@@ -319,6 +325,21 @@ const USUAL: [(&str, &[&str]); 24] = [
         "verify",
         &[
             "target", "measured", "scale", "drive", "band", "transfer", "also", "before", "report",
+            "json",
+        ],
+    ),
+    (
+        "twin record",
+        &[
+            "bench",
+            "sample",
+            "participant",
+            "seed",
+            "speed",
+            "load",
+            "strokes",
+            "task",
+            "out",
             "json",
         ],
     ),
