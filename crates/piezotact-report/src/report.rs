@@ -89,7 +89,11 @@ fn drawn_section(section: &Section, words: &dyn Words) -> Result<Markup, DrawErr
 
 fn drawn_block(block: &Block, words: &dyn Words) -> Result<Markup, DrawError> {
     Ok(match block {
-        Block::Conclusion { text, .. } => html! { p { strong { (text) } } },
+        Block::Conclusion {
+            text,
+            outcome: Some(_),
+        } => html! { p { strong { (text) } } },
+        Block::Conclusion { text, .. } => html! { p.conclusion { (text) } },
         Block::Heading { text } => html! { h3 { (text) } },
         Block::Text { text } => html! { p { (text) } },
         Block::Note { text } => html! { p.soft { (text) } },
