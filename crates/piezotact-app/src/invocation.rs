@@ -12,7 +12,7 @@ use piezotact_dataset::reads::{inputs, sha256};
 use piezotact_report::invocation::{command_line, with_invocation};
 use serde_json::Value;
 
-use crate::arguments::{Arguments, output_of};
+use crate::arguments::{Arguments, OutputPath, output_of};
 use crate::failure::Outcome;
 use crate::output::write_text;
 use crate::parts::Parts;
@@ -149,7 +149,15 @@ impl Called {
         let mut places = outputs.flat_map(|output| {
             ["", ".json", ".part", ".runs"].map(|ending| with(&output.path, ending))
         });
-        !self.named.iter().any(|named| named == path) && places.any(|place| path.starts_with(place))
+        // What stood at an output before is kept beside it (`crate::keeping`), and is no input either.
+        let is_kept = |output: &OutputPath| {
+            let before = with(&output.path, ".before-");
+            path.to_string_lossy()
+                .starts_with(&*before.to_string_lossy())
+        };
+        !self.named.iter().any(|named| named == path)
+            && (places.any(|place| path.starts_with(place))
+                || self.writing.outputs.iter().any(is_kept))
     }
 }
 

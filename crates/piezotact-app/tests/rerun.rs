@@ -317,3 +317,44 @@ fn a_hostile_report_writes_nowhere_else() {
     }
     assert!(!Path::new("x").exists());
 }
+
+/// What stood at an output before is kept beside it. It is no input: the report of the new measurement is made again without it.
+#[test]
+fn an_earlier_measurement_is_kept_and_is_no_input() {
+    let folder = Folder::new();
+    let characterise = |seed: u32| {
+        let line = format!(
+            "characterise --bench twin:participant=1,seed={seed} --seconds 2 --out k.json --report k.html --force"
+        );
+        run(&folder, &line).expect_success();
+    };
+    characterise(7);
+    let first = std::fs::read(folder.path("k.json")).unwrap();
+    characterise(8);
+    let kept = std::fs::read(folder.path("k.json.before-1")).unwrap();
+    assert!(
+        kept == first,
+        "the first measurement is not the one that is kept"
+    );
+    run(&folder, "rerun k.html").expect_success();
+}
+
+/// A demo with another seed keeps what it measured before; one with the same seed has nothing to keep.
+#[test]
+fn a_demo_keeps_what_it_measured_before() {
+    let folder = Folder::new();
+    let demo = |seed: u32| run(&folder, &format!("demo --out d --seed {seed}")).expect_success();
+    demo(1);
+    let first = ["d/tf.json", "d/target.wav"].map(|name| std::fs::read(folder.path(name)).unwrap());
+    demo(1);
+    for name in ["d/tf.json.before-1", "d/target.wav.before-1"] {
+        assert!(
+            !folder.path(name).exists(),
+            "{name} is kept of the same demo"
+        );
+    }
+    demo(2);
+    let kept = ["d/tf.json.before-1", "d/target.wav.before-1"]
+        .map(|name| std::fs::read(folder.path(name)).unwrap());
+    assert!(kept == first, "what was measured first is not what is kept");
+}

@@ -34,7 +34,7 @@ use crate::cli::{Demo, Finger};
 use crate::deliver::{Outputs, deliver};
 use crate::failure::Outcome;
 use crate::interrupt::{self, Between, interrupted};
-use crate::keeping::Place;
+use crate::keeping::{Earlier, Place};
 use crate::output::{document_text, say, write_text};
 use crate::places::outputs;
 use crate::progress::{self, Words, Work};
@@ -270,6 +270,7 @@ fn texture(path: &Path, seed: u64) -> Outcome<(Recording, Series<Acceleration>)>
         annotations: Annotations::default(),
         rendering: None,
     };
+    let earlier = Earlier::at(path, "the earlier recording")?;
     write_wav_with_sidecar(
         path,
         &[series.samples()],
@@ -277,6 +278,7 @@ fn texture(path: &Path, seed: u64) -> Outcome<(Recording, Series<Acceleration>)>
         SampleFormat::Float32,
         &sidecar,
     )?;
+    earlier.settle()?;
     let contents = read_recording(path, &ReadOptions::default())?;
     let series = contents.recording.series(None)?;
     Ok((contents.recording, series))
@@ -300,10 +302,12 @@ fn transfer_function(
         run: run_plan("characterise", &FINGER, bench.acquirer.as_ref()),
     };
     let function = characterise(bench, &config)?.function;
+    let earlier = Earlier::at(path, "the earlier measurement")?;
     write_transfer(
         path,
         &TransferDocument::of(&function, Drive::UNIT, Acceleration::UNIT),
     )?;
+    earlier.settle()?;
     Ok(function)
 }
 
