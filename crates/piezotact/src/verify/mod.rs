@@ -196,21 +196,6 @@ impl Verification {
         }
     }
 
-    /// The share of the compared lines that are judged, 0–1.
-    #[must_use]
-    pub fn judged_share(&self) -> f64 {
-        if self.error_db_rms_achievable.is_none() {
-            return 1.0;
-        }
-        let reached = |hz: &&f64| {
-            self.achievable_band_hz
-                .iter()
-                .any(|band| band.contains(**hz))
-        };
-        let judged = self.error_frequency_hz.iter().filter(reached).count();
-        judged as f64 / self.error_frequency_hz.len().max(1) as f64
-    }
-
     /// The largest absolute error of a line that is judged, dB: over the achievable part where one was declared.
     #[must_use]
     pub fn error_db_max_achievable(&self) -> f64 {
