@@ -3,6 +3,8 @@
 use maud::{Markup, PreEscaped, html};
 use piezotact::invocation::{Found, Input, Invocation, Setting};
 
+/// What the section stands before.
+const MAIN_ENDS: &str = "</main>";
 /// What the section begins with; nothing else in a report does.
 const BEGIN: &str = "<section id=\"invocation\">";
 /// What its part for programs begins and ends with.
@@ -11,7 +13,11 @@ const SCRIPT: [&str; 2] = [
     "</script>",
 ];
 
-/// The report `html` with a last section that says how it was made; `again` says in words how it is made again.
+/// What gives every figure of a file a button that saves it. A page that is served has none: no script of a report runs there.
+const SAVE: &str = concat!("<script>", include_str!("save.js"), "</script>");
+
+/// The report `html` as a file: with a last section that says how it was made, and with what saves its figures; `again` says in
+/// words how it is made again.
 ///
 /// # Errors
 /// Those of serialising `invocation`.
@@ -21,8 +27,9 @@ pub fn with_invocation(
     again: &str,
 ) -> Result<String, serde_json::Error> {
     let section = section(invocation, again)?.into_string();
-    let end = html.rfind("</main>").unwrap_or(html.len());
-    Ok([&html[..end], &section, &html[end..]].concat())
+    let end = html.rfind(MAIN_ENDS).unwrap_or(html.len());
+    let after = html[end..].strip_prefix(MAIN_ENDS).unwrap_or_default();
+    Ok([&html[..end], &section, MAIN_ENDS, SAVE, after].concat())
 }
 
 /// A report in its two parts: the results alone, and how it was made; `None` for a file that does not say.
@@ -33,7 +40,8 @@ pub fn split(html: &str) -> Option<(String, Invocation)> {
     let (data, rest) = rest.split_once(SCRIPT[1])?;
     let (_, after) = rest.split_once("</section>")?;
     let invocation = serde_json::from_str(data).ok()?;
-    Some(([&html[..begin], after].concat(), invocation))
+    let after = after.replacen(SAVE, "", 1);
+    Some(([&html[..begin], &after].concat(), invocation))
 }
 
 /// Whether the section of the report `html` that says how it was made is the one that this program writes for `invocation`: a

@@ -27,10 +27,7 @@ fn page_of(title: &str, class: Option<&str>, body: &Markup) -> String {
                 title { (title) }
                 style { (PreEscaped(include_str!("style.css"))) }
             }
-            body class=[class] {
-                main { (body) }
-                script { (PreEscaped(include_str!("save.js"))) }
-            }
+            body class=[class] { main { (body) } }
         }
     };
     markup.into_string()

@@ -356,6 +356,8 @@ mod tests {
         ] {
             assert!(text.contains(part), "no {part} in the page");
         }
+        // A page may be served where no script runs.
+        assert!(!text.contains("<script"));
     }
 
     #[test]
