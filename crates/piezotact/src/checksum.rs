@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 /// A checksum of the lines of a transfer function: FNV-1a over their step and their real and imaginary parts as 32-bit
 /// floating point, so that a file that keeps seven digits keeps it too. In files 16 hexadecimal digits.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(try_from = "String", into = "String")]
 pub struct Checksum(u64);

@@ -3,8 +3,8 @@
 use super::trends::LEAST_CHANGE;
 use super::{
     ActivePassive, CommonLine, Contacts, ContrastUnit, DirectionContrast, DirectionDifference,
-    DirectionTrend, FrictionChange, LevelSpread, LineOrigin, LoadTrend, PeriodUnit, SpatialPeriod,
-    Summary, unless_confounded,
+    DirectionTrend, FrictionChange, LevelSpread, LineOrigin, LinesOfSpeeds, LoadTrend,
+    PeriodCriterion, PeriodUnit, SpatialPeriod, Summary, unless_confounded,
 };
 use crate::criterion::Outcome;
 use crate::feature::Statistics;
@@ -51,8 +51,39 @@ impl SpatialPeriod {
             .collect();
         let groups = groups.join(", ");
         match self.outcome {
-            Outcome::Met if groups.is_empty() => format!("spatial period {number}"),
-            Outcome::Met => format!("spatial period {number}; {groups}"),
+            Outcome::Met => {
+                let groups = if groups.is_empty() {
+                    groups
+                } else {
+                    format!("; {groups}")
+                };
+                format!(
+                    "spatial period {number}{groups}; {}",
+                    self.lines.likelihoods()
+                )
+            }
+            Outcome::NotMet if self.lines.all_stay() => format!(
+                "no spatial period: {} at all speeds, as lines of a machine do; {}",
+                self.lines.fixed(),
+                self.lines.likelihoods()
+            ),
+            _ if self.is_confounded_by(PeriodCriterion::Moves)
+                && !self.lines.fixed_hz.is_empty() =>
+            {
+                format!(
+                    "spatial period not decided: {} at other speeds too, as lines of a machine do; the candidate is {number}; {}",
+                    self.lines.fixed(),
+                    self.lines.likelihoods()
+                )
+            }
+            _ if self.is_confounded_by(PeriodCriterion::Strongest) => format!(
+                "spatial period not decided: a line that is no multiple of it stands higher ({} Hz), so the speeds may be wrong or there \
+                 are two periods; the candidate is {number}",
+                listed_hz(&self.lines.stronger_hz)
+            ),
+            Outcome::NotDecided if self.is_shared() => format!(
+                "a period of {number} is that of all samples: it comes from the drive of the machine or from the finger's ridges, not from a texture"
+            ),
             _ if self.jumps() => {
                 format!("spatial period not decided: it differs between loads ({groups})")
             }
@@ -70,6 +101,11 @@ impl SpatialPeriod {
                     multiples.join(" and ")
                 )
             }
+            _ if self.is_confounded_by(PeriodCriterion::Moves) => format!(
+                "spatial period not decided: its lines cannot be told from lines that stay at their frequencies; record at speeds that \
+                 differ more; the candidate is {number}; {}",
+                self.lines.likelihoods()
+            ),
             Outcome::NotDecided => format!(
                 "spatial period not decided: the shortest stroke covers fewer than 3 periods; the candidate is {number}"
             ),
@@ -78,6 +114,29 @@ impl SpatialPeriod {
             ),
         }
     }
+}
+
+impl LinesOfSpeeds {
+    /// How likely lines that move and lines that stay are, as logarithms.
+    fn likelihoods(&self) -> String {
+        format!(
+            "log likelihood {} for lines that move with the speed, {} for lines that stay",
+            signed(self.moving_log_likelihood, 1),
+            signed(self.fixed_log_likelihood, 1)
+        )
+    }
+
+    fn fixed(&self) -> String {
+        match self.fixed_hz.as_slice() {
+            [only] => format!("a line at {} Hz stays at its frequency", digits(*only)),
+            all => format!("lines at {} Hz stay at their frequencies", listed_hz(all)),
+        }
+    }
+}
+
+fn listed_hz(lines_hz: &[f64]) -> String {
+    let lines: Vec<String> = lines_hz.iter().map(|hz| digits(*hz)).collect();
+    lines.join(", ")
 }
 
 impl CommonLine {

@@ -17,7 +17,8 @@ pub use distinguishability::{Distinguishability, Groups, Pair, PairCriterion, Sa
 pub use groups::{AcrossSamples, DiscriminationConfig, Texture, WithheldCause, discriminate};
 pub use lines::{CommonLine, LineOrigin, LinesOf, common_lines, set_apart};
 pub use period::{
-    GroupPeriod, PeriodCriterion, PeriodUnit, Sliding, SpatialPeriod, SpeedPeak, spatial_period,
+    GroupPeriod, LinesOfSpeeds, PeriodCriterion, PeriodUnit, Sliding, SpatialPeriod, SpeedPeak,
+    compare_periods, spatial_period,
 };
 pub use receptors::{LevelUnit, ReceptorLevel, receptor_levels};
 pub use summary::{Fingerprint, Periods, Summary, Tooth, summarise};

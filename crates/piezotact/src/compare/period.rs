@@ -1,14 +1,19 @@
 //! The spatial period of a surface (or of a fingerprint) from sliding at several speeds: f = v/λ.
 
+mod moving;
+mod spectra;
+
 use crate::compare::CompareWarning;
 use serde::{Deserialize, Serialize};
 
+pub use moving::LinesOfSpeeds;
+use moving::{lines_of_speeds, moving_peak, stays};
+
 use crate::criterion::{Criterion, Limit, Outcome};
-use crate::fourier::RealTransform;
 use crate::quantity::{Hertz, SampleRate};
-use crate::spectrum::{Symmetry, Window};
-use crate::statistics::{mean, median, standard_deviation, t_quantile, vertex};
+use crate::statistics::{standard_deviation, t_quantile};
 use crate::warning::{Few, FewWarning, Warning};
+use spectra::{Spectrum, by_speed, spectrum};
 
 /// One speed: what was recorded while sliding at it.
 #[derive(Clone, Debug)]
@@ -56,6 +61,13 @@ pub enum PeriodCriterion {
     /// Its level above the background at the speed where it is lowest: a line at a fixed frequency is high at one speed and would
     /// raise the mean.
     EverySpeed,
+    /// The number of speeds whose line is not found at the same frequency at the other speeds: lines that stay at their frequencies
+    /// are a machine's, whatever their ratios.
+    Moves,
+    /// The number of speeds at which a line that is no multiple of the candidate stands higher: it belongs to another period.
+    Strongest,
+    /// The number of other samples that have the same period: what samples share is the drive's or the finger's.
+    OtherSamples,
     /// How often it fits into the shortest stroke.
     Cycles,
     /// Its level above the background in the group where it is lowest.
@@ -112,6 +124,8 @@ pub struct SpatialPeriod {
     /// The results of every group, if there are two or more.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub groups: Vec<GroupPeriod>,
+    /// Whether its lines move with the speed.
+    pub lines: LinesOfSpeeds,
     /// The criteria and their outcomes.
     pub criteria: Vec<Criterion<PeriodCriterion>>,
     /// What a person should know before relying on it; a document has these among its own.
@@ -120,6 +134,13 @@ pub struct SpatialPeriod {
 }
 
 impl SpatialPeriod {
+    /// Whether it stands out at all speeds, whatever its lines are.
+    fn stands_out(&self) -> bool {
+        let of_level = [PeriodCriterion::Prominence, PeriodCriterion::Speeds];
+        let mut criteria = self.criteria.iter();
+        criteria.all(|c| !of_level.contains(&c.what) || c.outcome == Outcome::Met)
+    }
+
     /// Whether the spectra agree on it: every criterion is met, but for multiples that may be the period instead.
     #[must_use]
     pub fn is_common(&self) -> bool {
@@ -146,18 +167,36 @@ impl SpatialPeriod {
         self.leaves_open(PeriodCriterion::Multiples)
     }
 
+    /// Whether nothing but what other lines say speaks against it: it stands out at all speeds.
+    #[must_use]
+    pub fn is_confounded_by(&self, rule: PeriodCriterion) -> bool {
+        self.leaves_open(rule) && self.stands_out()
+    }
+
+    /// Whether other samples have it too.
+    #[must_use]
+    pub fn is_shared(&self) -> bool {
+        self.leaves_open(PeriodCriterion::OtherSamples)
+    }
+
+    /// Whether `other` is the same period: they differ by no more than both intervals reach, or by 1 %.
+    fn is_same_as(&self, other: &Self) -> bool {
+        let reach = |period: &Self| {
+            let interval = period.interval_m;
+            interval.map_or(0.0, |[low, high]| 0.5 * (high / low).ln())
+        };
+        let apart = (self.period_m / other.period_m).ln().abs();
+        apart <= SAME_PERIOD.max(reach(self).hypot(reach(other)).min(MOST_REACH))
+    }
+
     fn leaves_open(&self, rule: PeriodCriterion) -> bool {
         let mut criteria = self.criteria.iter();
         criteria.any(|c| c.what == rule && c.outcome == Outcome::NotDecided)
     }
 }
 
-/// Zeros that a stretch is continued with, as a multiple of its length, so that lines are fine enough.
-const PADDING: usize = 8;
 /// Spectra are compared on lines this far apart, as a ratio.
 const STEP: f64 = 1.001;
-/// The peak of one speed is looked for this far from v/λ, as a share of it.
-const REACH: f64 = 0.1;
 /// The least level of a period above the background, dB …
 const PROMINENT_DB: f64 = 6.0;
 /// … nor is what noise reaches: the level of one periodogram's line scatters by this, dB, and the highest of a
@@ -178,22 +217,12 @@ const CYCLES: f64 = 3.0;
 const MULTIPLES: usize = 3;
 /// A line that is analysed at fewer speeds than this is no period: it may stay at its frequency.
 const LEAST_SPEEDS: usize = 2;
+/// Periods that differ by less than this share are the same …
+const SAME_PERIOD: f64 = 0.01;
+/// … or by what their intervals reach, but no more than this share.
+const MOST_REACH: f64 = 0.05;
 /// Speeds that differ by less than this share are one speed.
 const SAME_SPEED: f64 = 0.01;
-
-/// Lines above this in a spectrum of one speed, for any length.
-struct Spectrum {
-    speed_m_s: f64,
-    /// 1/m, in steps of [`STEP`].
-    wavenumbers: Vec<f64>,
-    /// The mean level of all stretches, dB, and what it stands above its background by, dB.
-    level_db: Vec<f64>,
-    prominence_db: Vec<f64>,
-    /// Stretches that were averaged.
-    stretches: f64,
-    /// The way that the longest of them is, m.
-    length_m: f64,
-}
 
 /// The spatial period on which the spectra of `slidings` agree: the wavenumber f/v that stands highest above its
 /// background in the mean over speeds; the geometric mean of the v/f of the recordings' own peaks there.
@@ -204,6 +233,9 @@ struct Spectrum {
 /// wavenumber, at the speeds that hold them: where two speeds or more all have a line there, that is the period; where no
 /// speed holds it (nor, of a third, shows other harmonics to be absent), or only one does and has a line, it is not decided which is the period. Where all speeds agree on nothing, the lines that
 /// at least two speeds hold are searched.
+///
+/// It is one only where its lines move with the speed: lines that stay at their frequencies fit v/λ at speeds of 1:2:3 too, when they
+/// are harmonics of one tone. Where a line that belongs to another period stands higher, it is not decided.
 ///
 /// It is not decided whether it is one where groups or speeds do not all show it, or where it fits into a stroke fewer than three
 /// times. The interval is over what was repeated: over groups, such as loads, where there are two or more, else over
@@ -223,18 +255,25 @@ pub fn spatial_period(slidings: &[Sliding<'_>], lowest: Hertz) -> Option<Spatial
     let found = agreed(&all)?;
     let (wavenumber, prominence_db) = (found.wavenumber, found.prominence_db);
     let spectra = reaching(&all, wavenumber);
-    let peaks: Vec<SpeedPeak> = spectra.iter().filter_map(|s| s.peak(wavenumber)).collect();
+    let peaks: Vec<SpeedPeak> = (spectra.iter())
+        .filter_map(|own| moving_peak(&all, own, wavenumber))
+        .collect();
     let mut names: Vec<&str> = slidings.iter().map(|s| s.group.as_str()).collect();
     names.sort_unstable();
     names.dedup();
-    // The logarithm of the period of every recording that has a peak there, and its weight, by group.
+    // The logarithm of the period of every recording that has a peak there, and its weight, by group; where lines of several speeds move,
+    // one that stays beside them says nothing of the period.
+    let lines = lines_of_speeds(&all, &spectra, wavenumber);
+    let only_moving = lines.moving_speeds >= LEAST_SPEEDS;
     let logs: Vec<Vec<(f64, f64)>> = names
         .iter()
         .map(|name| {
             let own = slidings.iter().filter(|s| s.group == *name);
             let peaks = own.filter_map(|s| {
-                let own = spectrum(s, lowest)?;
-                own.peak(wavenumber).filter(|_| own.reaches(wavenumber))
+                let own = spectrum(s, lowest).filter(|own| own.reaches(wavenumber))?;
+                let peak = moving_peak(&all, &own, wavenumber)?;
+                let counts = !(only_moving && stays(&all, &own, peak.frequency_hz, wavenumber));
+                counts.then_some(peak)
             });
             peaks
                 .map(|p| ((p.speed_m_s / p.frequency_hz).ln(), p.speed_m_s.powi(2)))
@@ -320,6 +359,7 @@ pub fn spatial_period(slidings: &[Sliding<'_>], lowest: Hertz) -> Option<Spatial
             },
         ));
     }
+    criteria.extend(lines.criteria());
     let open: Vec<f64> = (2..=MULTIPLES)
         .filter(|m| !is_excluded(&all, wavenumber, *m))
         .map(|m| m as f64 * period_m)
@@ -365,16 +405,21 @@ pub fn spatial_period(slidings: &[Sliding<'_>], lowest: Hertz) -> Option<Spatial
         speeds: all.len(),
         open_multiples_m: open,
         groups,
+        lines,
         criteria,
         warnings: Vec::new(),
     };
-    if !found.is_common() {
+    if !found.stands_out() {
         found
             .warnings
             .push(Warning::from(CompareWarning::NoCommonPeriod {
                 prominence_db,
             }));
-    } else if let Some(multiple_m) = found.open_multiples_m.last() {
+    } else if let Some(multiple_m) = found
+        .open_multiples_m
+        .last()
+        .filter(|_| !found.lines.all_stay())
+    {
         let fastest_m_s = all.iter().map(|s| s.speed_m_s).fold(0.0, f64::max);
         found
             .warnings
@@ -394,6 +439,47 @@ pub fn spatial_period(slidings: &[Sliding<'_>], lowest: Hertz) -> Option<Spatial
         }));
     }
     Some(found)
+}
+
+/// Adds to the periods of several samples whether others have the same: what all of them share comes from the drive of the machine or from
+/// the ridges of the finger, which move with the speed as a texture's lines do.
+///
+/// Source: house rule; f = v/λ holds for a lead screw, a gear and a finger too.
+pub fn compare_periods(periods: &mut [(&str, &mut SpatialPeriod)]) {
+    let known: Vec<(String, SpatialPeriod)> = periods
+        .iter()
+        .filter(|(_, period)| period.stands_out())
+        .map(|(sample, period)| ((*sample).to_owned(), (**period).clone()))
+        .collect();
+    for (sample, period) in periods {
+        let others = known.iter().filter(|(other, _)| other != sample);
+        let (mut all, mut same): (Vec<&str>, Vec<&str>) = (Vec::new(), Vec::new());
+        for (other, its) in others {
+            all.push(other);
+            if period.is_same_as(its) {
+                same.push(other);
+            }
+        }
+        for names in [&mut all, &mut same] {
+            names.sort_unstable();
+            names.dedup();
+        }
+        // Where some sample has another one, two may have been made alike.
+        let found = if same.len() == all.len() {
+            same.len()
+        } else {
+            0
+        };
+        let limit = Limit::AtMost {
+            met: 0.0,
+            not_met: f64::MAX,
+        };
+        let criterion =
+            Criterion::new(PeriodCriterion::OtherSamples, "", found as f64, None, limit);
+        period.criteria.push(criterion);
+        let outcomes = period.criteria.iter().map(|criterion| criterion.outcome);
+        period.outcome = Outcome::of_all(outcomes);
+    }
 }
 
 /// The weighted mean of values, each with its weight, and its 95 % confidence interval: θ ± t·s·√Σw², s the standard
@@ -434,25 +520,6 @@ fn prominence_near(spectra: &[&Spectrum], wavenumber: f64) -> f64 {
             spectra.iter().map(|s| s.at(near)).sum::<f64>() / spectra.len() as f64
         })
         .fold(f64::MIN, f64::max)
-}
-
-/// One spectrum for each speed.
-fn by_speed<'a, 's: 'a>(
-    slidings: impl Iterator<Item = &'a Sliding<'s>>,
-    lowest: Hertz,
-) -> Vec<Spectrum> {
-    let mut speeds: Vec<Sliding<'s>> = Vec::new();
-    for sliding in slidings {
-        let same = |other: &&mut Sliding<'s>| {
-            (other.speed_m_s / sliding.speed_m_s - 1.0).abs() < SAME_SPEED
-                && (other.rate.hz() / sliding.rate.hz() - 1.0).abs() < SAME_SPEED
-        };
-        match speeds.iter_mut().find(same) {
-            Some(known) => known.stretches.extend(&sliding.stretches),
-            None => speeds.push(sliding.clone()),
-        }
-    }
-    speeds.iter().filter_map(|s| spectrum(s, lowest)).collect()
 }
 
 /// A wavenumber on which spectra agree.
@@ -550,131 +617,6 @@ fn strongest(spectra: &[&Spectrum], low: f64, high: f64) -> Option<Agreed> {
             }
         })
         .max_by(|a, b| a.prominence_db.total_cmp(&b.prominence_db))
-}
-
-impl Spectrum {
-    /// Whether it holds a wavenumber.
-    fn reaches(&self, wavenumber: f64) -> bool {
-        self.wavenumbers[0] <= wavenumber * (1.0 + 1e-9)
-    }
-
-    /// How far it stands above the background close to a wavenumber, and how far noise does not, dB.
-    fn found_and_needed_db(&self, wavenumber: f64) -> (f64, f64) {
-        let needed_db = PEAK_DB.max(HIGHEST_AT_A_SPEED * SCATTER_DB / self.stretches.sqrt());
-        (prominence_near(&[self], wavenumber), needed_db)
-    }
-
-    /// The prominence at a wavenumber, dB.
-    fn at(&self, wavenumber: f64) -> f64 {
-        let line = ((wavenumber / self.wavenumbers[0]).ln() / STEP.ln()).round();
-        let line = (line.max(0.0) as usize).min(self.prominence_db.len() - 1);
-        self.prominence_db[line]
-    }
-
-    /// The peak around a wavenumber, between lines by a parabola through the three highest in dB.
-    fn peak(&self, wavenumber: f64) -> Option<SpeedPeak> {
-        let last = self.wavenumbers.len().saturating_sub(1);
-        let top = (1..last)
-            .filter(|&i| (self.wavenumbers[i] / wavenumber - 1.0).abs() <= REACH)
-            .max_by(|a, b| self.level_db[*a].total_cmp(&self.level_db[*b]))?;
-        if self.prominence_db[top] < PEAK_DB {
-            return None;
-        }
-        let place = vertex([top - 1, top, top + 1].map(|i| self.level_db[i]));
-        Some(SpeedPeak {
-            speed_m_s: self.speed_m_s,
-            frequency_hz: self.speed_m_s * self.wavenumbers[top] * STEP.powf(place),
-            prominence_db: self.prominence_db[top],
-        })
-    }
-}
-
-fn spectrum(sliding: &Sliding<'_>, lowest: Hertz) -> Option<Spectrum> {
-    let Sliding {
-        speed_m_s,
-        rate,
-        ref stretches,
-        ..
-    } = *sliding;
-    let longest = stretches.iter().map(|s| s.len()).max().unwrap_or(0);
-    if !(speed_m_s > 0.0 && speed_m_s.is_finite()) || longest < 32 {
-        return None;
-    }
-    let n = (PADDING * longest).next_power_of_two();
-    let mut transform = RealTransform::new(n);
-    let bins = n / 2 + 1;
-    let mut sums = vec![0.0; bins];
-    let mut count = 0.0;
-    let mut padded = vec![0.0; n];
-    for stretch in stretches.iter().filter(|s| 2 * s.len() > longest) {
-        let window = Window::Hann.coefficients(stretch.len(), Symmetry::Periodic);
-        let level = mean(stretch);
-        padded.fill(0.0);
-        for ((out, value), weight) in padded.iter_mut().zip(*stretch).zip(&window) {
-            *out = (value - level) * weight;
-        }
-        let power = transform.forward(&padded);
-        let largest = power
-            .iter()
-            .map(num_complex::Complex::norm_sqr)
-            .fold(0.0, f64::max);
-        if largest <= 0.0 {
-            continue;
-        }
-        count += 1.0;
-        for (sum, bin) in sums.iter_mut().zip(&power) {
-            *sum += 10.0 * bin.norm_sqr().max(1e-15 * largest).log10();
-        }
-    }
-    if count < 1.0 {
-        return None;
-    }
-    // Below one and a half periods in a stretch nothing can be told.
-    let low_hz = (1.5 * rate.hz() / longest as f64).max(lowest.0);
-    let high_hz = 0.95 * rate.nyquist().0;
-    if low_hz * STEP >= high_hz {
-        return None;
-    }
-    let lines = ((high_hz / low_hz).ln() / STEP.ln()) as usize;
-    let frequencies: Vec<f64> = (0..lines).map(|i| low_hz * STEP.powi(i as i32)).collect();
-    let level_db: Vec<f64> = frequencies
-        .iter()
-        .map(|f| {
-            let place = f / rate.hz() * n as f64;
-            let k = (place as usize).min(bins - 2);
-            let share = place - k as f64;
-            ((1.0 - share) * sums[k] + share * sums[k + 1]) / count
-        })
-        .collect();
-    let around = octave_median(&level_db);
-    Some(Spectrum {
-        speed_m_s,
-        wavenumbers: frequencies.iter().map(|f| f / speed_m_s).collect(),
-        prominence_db: level_db.iter().zip(&around).map(|(l, b)| l - b).collect(),
-        level_db,
-        stretches: count,
-        length_m: speed_m_s * longest as f64 / rate.hz(),
-    })
-}
-
-/// The median over an octave below and above, of every tenth line.
-fn octave_median(level_db: &[f64]) -> Vec<f64> {
-    let reach = (2f64.ln() / STEP.ln()) as usize;
-    let mut window = Vec::new();
-    let thin = 10;
-    let anchors: Vec<f64> = (0..level_db.len().div_ceil(thin))
-        .map(|i| {
-            let centre = i * thin;
-            let (from, to) = (
-                centre.saturating_sub(reach),
-                (centre + reach + 1).min(level_db.len()),
-            );
-            window.clear();
-            window.extend(level_db[from..to].iter().step_by(7));
-            median(&mut window).unwrap_or(f64::NAN)
-        })
-        .collect();
-    (0..level_db.len()).map(|i| anchors[i / thin]).collect()
 }
 
 #[cfg(test)]

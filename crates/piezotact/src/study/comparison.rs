@@ -8,9 +8,9 @@ use crate::compare::{
     AcrossSamples, ActivePassive, Confounder, Contacts, DirectionContrast, DirectionDifference,
     DirectionSetting, DirectionTrend, DiscriminationConfig, FrictionChange, Groups, LevelSpread,
     LoadTrend, RoughnessTrend, Sliding, SpatialPeriod, Summary, Texture, WithheldCause,
-    across_participants, across_roughness, active_against_passive, comparable, confounders,
-    direction_contrasts, direction_trend, discriminate, friction_against_rms, load_trend,
-    rms_on_speed, spatial_period,
+    across_participants, across_roughness, active_against_passive, comparable, compare_periods,
+    confounders, direction_contrasts, direction_trend, discriminate, friction_against_rms,
+    load_trend, rms_on_speed, spatial_period,
 };
 use crate::criterion::Outcome;
 use crate::discrimination::Model;
@@ -236,9 +236,10 @@ impl Grouping<'_> {
             })
         };
         let settings = self.settings(by)?.into_iter();
-        let comparisons: Vec<Comparison> = settings
+        let mut comparisons: Vec<Comparison> = settings
             .map(comparison)
             .collect::<Result<_, StudyError>>()?;
+        self.compare_periods(&mut comparisons);
         let trends = comparisons.iter().filter_map(|c| match &c.trend {
             Trend::Directions(trend) => {
                 let first = c.groups.first().and_then(|group| group.takes.first())?;
@@ -398,6 +399,26 @@ impl Grouping<'_> {
             .filter_map(|place| Some(self.takes[*place].analysis.as_ref()?.config.passes_from().0))
             .fold(0.0, f64::max);
         Ok(spatial_period(&parts, Hertz(lowest_hz)))
+    }
+
+    /// Says of the periods of several samples whether all have the same.
+    fn compare_periods(&self, comparisons: &mut [Comparison]) {
+        let mut periods: Vec<(&str, &mut SpatialPeriod)> = Vec::new();
+        for comparison in comparisons {
+            let first = comparison
+                .groups
+                .first()
+                .and_then(|group| group.takes.first());
+            let sample = first.and_then(|place| self.takes[*place].condition().sample.as_deref());
+            if let (Some(sample), Trend::Speeds(trend)) = (sample, &mut comparison.trend) {
+                periods.extend(trend.period.as_mut().map(|period| (sample, period)));
+            }
+        }
+        let mut samples = periods.iter().map(|(sample, _)| *sample);
+        let first = samples.next();
+        if samples.any(|sample| Some(sample) != first) {
+            compare_periods(&mut periods);
+        }
     }
 
     /// Which samples of `across` are distinguishable; its comparisons hold the sets below the just-noticeable difference then.

@@ -54,6 +54,11 @@ pub enum StudyError {
         /// What was found instead.
         found: Box<NoStrokes>,
     },
+    /// Two recordings hold the same stroke: a copy is no second recording.
+    #[error(
+        "expected recordings that differ, found the same samples in {one} and {other}; give each recording once: a copy would count as a repeat"
+    )]
+    Copy { one: String, other: String },
     /// A recording does not say what recordings are grouped by.
     #[error("expected {} for every recording, found none for {recording}; state it in the file beside the recording", by.noun())]
     Unknown { by: Factor, recording: String },

@@ -24,6 +24,7 @@ pub use table::{EVENT_NAMES, cuts_table, events_table, strokes_table};
 pub use take::{AnalysedRecording, Naming, Recorded, Stated, cut};
 pub use words::warnings_in_words;
 
+use crate::checksum::Checksum;
 use crate::compare::{CommonLine, DirectionContrast};
 use crate::discrimination::Model;
 use crate::document::FailedFile;
@@ -159,6 +160,7 @@ pub fn analyse_watched(
     settings: &StudySettings,
     done: &mut dyn FnMut(),
 ) -> Result<StudyAnalysis, StudyError> {
+    no_copies(&takes)?;
     features(&mut takes, settings, done)?;
     let common_lines = lines_of_all(&takes);
     let grouping = Grouping {
@@ -211,6 +213,39 @@ pub fn analyse_watched(
         takes,
         failed: Vec::new(),
     })
+}
+
+/// Whether all strokes are different: copies of a recording would count as repeats.
+///
+/// # Errors
+/// [`StudyError::Copy`].
+fn no_copies(takes: &[AnalysedRecording]) -> Result<(), StudyError> {
+    let mut known: BTreeMap<Checksum, usize> = BTreeMap::new();
+    for (place, take) in takes.iter().enumerate() {
+        let vibration = take.segmentation.roles.vibration.first();
+        let mut channels = take.recording.channels().iter();
+        let Some(channel) = channels.find(|channel| Some(&channel.name) == vibration) else {
+            continue;
+        };
+        for stroke in &take.segmentation.strokes {
+            let samples = stroke.steady.of(&channel.samples);
+            // Silence is like any other.
+            if samples.iter().all(|value| *value == samples[0]) {
+                continue;
+            }
+            let checksum = Checksum::of(samples.iter().copied());
+            match known.insert(checksum, place) {
+                Some(other) if other != place => {
+                    return Err(StudyError::Copy {
+                        one: takes[other].file.clone(),
+                        other: take.file.clone(),
+                    });
+                }
+                _ => {}
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Computes the features of every recording that has strokes.

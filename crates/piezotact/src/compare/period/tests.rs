@@ -120,6 +120,155 @@ fn a_line_that_does_not_move_is_no_period() {
     assert!(declared * 20 <= studies, "{declared} of {studies}");
 }
 
+/// Strokes of 3 s at 10, 20 and 30 mm/s, six at each, of what `signal` says at a time (s) and a speed (m/s), in noise.
+fn at_three_speeds(
+    noise: &mut Noise,
+    speeds_m_s: [f64; 3],
+    signal: &dyn Fn(f64, f64) -> f64,
+) -> Vec<Vec<Vec<f64>>> {
+    let mut strokes = Vec::new();
+    for speed in speeds_m_s {
+        let stroke = |noise: &mut Noise| -> Vec<f64> {
+            let start_s = noise.normal().abs();
+            let place = (0..1500).map(|i| start_s + f64::from(i) / 500.0);
+            place
+                .map(|s| signal(s, speed) + 0.3 * noise.normal())
+                .collect()
+        };
+        strokes.push((0..6).map(|_| stroke(noise)).collect());
+    }
+    strokes
+}
+
+fn period_of(strokes: &[Vec<Vec<f64>>], stated_m_s: [f64; 3]) -> SpatialPeriod {
+    let each = strokes.iter().zip(stated_m_s);
+    let slidings: Vec<Sliding<'_>> = each
+        .map(|(strokes, speed_m_s)| Sliding {
+            speed_m_s,
+            rate: SampleRate::new(500.0).unwrap(),
+            group: String::new(),
+            stretches: strokes.iter().map(Vec::as_slice).collect(),
+        })
+        .collect();
+    spatial_period(&slidings, Hertz(7.5)).unwrap()
+}
+
+const SPEEDS: [f64; 3] = [0.01, 0.02, 0.03];
+
+fn tone(hz: f64, s: f64) -> f64 {
+    (std::f64::consts::TAU * hz * s).sin()
+}
+
+/// Harmonics of one fixed tone fit v/λ at speeds of 1:2:3, but stand at all speeds: a motor at 37, 74 and 111 Hz was a period of 0.270 mm
+/// with an interval of no width, the mains one of 0.200 mm.
+#[test]
+fn harmonics_of_a_machine_are_no_period() {
+    let mut noise = Noise(48);
+    for first_hz in [37.0, 50.0, 60.0, 23.4] {
+        for levels in [[1.0, 1.0, 1.0], [1.0, 0.5, 0.3], [0.3, 1.0, 0.6]] {
+            let machine = |s: f64, _speed: f64| -> f64 {
+                let each = levels.iter().zip(1..);
+                each.map(|(level, n)| level * tone(f64::from(n) * first_hz, s))
+                    .sum()
+            };
+            let found = period_of(&at_three_speeds(&mut noise, SPEEDS, &machine), SPEEDS);
+            assert_ne!(
+                found.outcome,
+                Outcome::Met,
+                "{first_hz} {levels:?} {found:?}"
+            );
+            let lines = &found.lines;
+            assert!(
+                lines.fixed_log_likelihood > lines.moving_log_likelihood + 10.0,
+                "{first_hz} {levels:?} {found:?}"
+            );
+            let said = found.conclusion();
+            assert!(said.starts_with("no spatial period: lines at"), "{said}");
+        }
+    }
+}
+
+/// One stroke that is called 10, 20 and 30 mm/s has all its lines at all speeds.
+#[test]
+fn copies_at_other_speeds_are_no_period() {
+    let mut noise = Noise(5);
+    let texture = |s: f64, _: f64| tone(41.0, s) + 0.7 * tone(82.0, s) + 0.5 * tone(123.0, s);
+    for _ in 0..5 {
+        let once = at_three_speeds(&mut noise, SPEEDS, &texture)[0].clone();
+        let found = period_of(&[once.clone(), once.clone(), once], SPEEDS);
+        assert_ne!(found.outcome, Outcome::Met, "{found:?}");
+    }
+}
+
+/// Speeds that are interchanged leave no line of one order at all speeds: what fits has higher lines beside it.
+#[test]
+fn interchanged_speeds_give_no_period() {
+    let mut noise = Noise(6);
+    for period_m in [0.000_22, 0.0004, 0.000_66] {
+        let texture = |s: f64, speed: f64| -> f64 {
+            let each = [1.0, 0.8, 0.7, 0.6, 0.5, 0.5, 0.4, 0.4, 0.4]
+                .iter()
+                .zip(1..);
+            // Nothing above half the sampling rate, which would be mirrored.
+            each.map(|(level, n)| (level, f64::from(n) * speed / period_m))
+                .filter(|(_, hz)| *hz < 240.0)
+                .map(|(level, hz)| level * tone(hz, s))
+                .sum()
+        };
+        let strokes = at_three_speeds(&mut noise, SPEEDS, &texture);
+        for stated in [[0.03, 0.02, 0.01], [0.02, 0.01, 0.03], [0.02, 0.03, 0.01]] {
+            let found = period_of(&strokes, stated);
+            assert_ne!(
+                found.outcome,
+                Outcome::Met,
+                "{period_m} {stated:?} {found:?}"
+            );
+        }
+        let right = period_of(&strokes, SPEEDS);
+        assert_eq!(right.outcome, Outcome::Met, "{right:?}");
+    }
+}
+
+/// A texture whose period moves is found beside the mains, whose lines are stronger; two textures at once are not decided.
+#[test]
+fn a_period_is_found_beside_a_machine_and_not_beside_another_period() {
+    let mut noise = Noise(9);
+    let (mut found, mut false_ones, studies) = (0, 0, 20);
+    for i in 0..studies {
+        let period_m = 0.0003 + 0.000_021 * f64::from(i);
+        let mains = |s: f64, speed: f64| {
+            let ridges = tone(speed / period_m, s) + 0.5 * tone(2.0 * speed / period_m, s);
+            ridges + 2.0 * tone(50.0, s) + tone(150.0, s)
+        };
+        let beside = period_of(&at_three_speeds(&mut noise, SPEEDS, &mains), SPEEDS);
+        let right = (beside.period_m / period_m - 1.0).abs() < 0.01;
+        found += u32::from(beside.outcome == Outcome::Met && right);
+        false_ones += u32::from(beside.outcome == Outcome::Met && !right);
+        let two = |s: f64, speed: f64| {
+            tone(speed / period_m, s) + 1.6 * tone(speed / (1.37 * period_m), s)
+        };
+        let both = period_of(&at_three_speeds(&mut noise, SPEEDS, &two), SPEEDS);
+        let of_either = [1.0, 1.37]
+            .iter()
+            .any(|of| (both.period_m / period_m / of - 1.0).abs() < 0.01);
+        assert!(of_either || both.outcome != Outcome::Met, "{both:?}");
+    }
+    assert!(
+        found * 20 >= studies as u32 * 19 && false_ones == 0,
+        "{found} {false_ones}"
+    );
+}
+
+/// Speeds too near each other to see whether a line moves decide nothing.
+#[test]
+fn speeds_that_hardly_differ_decide_nothing() {
+    let mut noise = Noise(10);
+    let speeds = [0.02, 0.0204, 0.0207];
+    let machine = |s: f64, _: f64| tone(50.0, s);
+    let found = period_of(&at_three_speeds(&mut noise, speeds, &machine), speeds);
+    assert_ne!(found.outcome, Outcome::Met, "{found:?}");
+}
+
 /// Loads of 3.978, 3.986 and 3.987 mm: the interval holds the first too. Loads of 2.3 and 5.8 mm have none in common,
 /// and the values are there to be said.
 #[test]
