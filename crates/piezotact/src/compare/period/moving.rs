@@ -29,7 +29,7 @@ const DECIDED: f64 = 2.995_732_273_553_991;
 /// The level of a line that stays differs so far between speeds, since the contact does, dB.
 const LINE_SPREAD_DB: f64 = 6.0;
 /// The level beside a line differs so far from noise of the same level everywhere, dB.
-const BACKGROUND_SPREAD_DB: f64 = 2.0;
+const BACKGROUND_SPREAD_DB: f64 = 4.0;
 /// Another line counts when it is so much higher than the highest of the candidate, dB.
 const HIGHER_DB: f64 = 3.0;
 /// Another speed can tell where the line is so many widths beside its own lines.
@@ -43,7 +43,7 @@ const HIGHEST: usize = 12;
 /// at all other speeds, where it is no multiple of the candidate.
 ///
 /// Formula: the height p of the line of speed i at the same frequency at speed j is N(p_i, s_i² + s_j² + 6²) dB where lines stay, and
-/// the highest of n values of noise, N(m_n·s_j, s_j² + 2²), where they move; s = 5.57 dB/√(strokes), the scatter of a mean of log
+/// the highest of n values of noise, N(m_n·s_j, s_j² + 4²), or less, where they move; s = 5.57 dB/√(strokes), the scatter of a mean of log
 /// periodograms. A speed's line moves, or stays, where that is 20 times as likely.
 ///
 /// Source: house rule; 5.57 dB is the standard deviation of the logarithm of a χ² with two degrees of freedom.
@@ -151,7 +151,7 @@ fn likelihoods(all: &[Spectrum], own: &Spectrum, line_hz: f64, wavenumber: f64) 
         let independent = (width_hz * other.length_m / other.speed_m_s).max(1.0);
         let noise_db = other.scatter_db() * 0.8 * (2.0 * independent.ln()).sqrt();
         moving += log_normal(
-            found_db - noise_db,
+            (found_db - noise_db).max(0.0),
             other.scatter_db().powi(2) + BACKGROUND_SPREAD_DB.powi(2),
         );
         let spread = own.scatter_db().powi(2) + other.scatter_db().powi(2);

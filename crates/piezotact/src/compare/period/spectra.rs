@@ -18,7 +18,7 @@ const LOBE: f64 = 2.0;
 const WANDER: f64 = 0.03;
 /// The level around a line is the median from its width to this many times its width, on both sides.
 const AROUND: f64 = 4.0;
-/// Fewer values than this say nothing of the level around a line.
+/// Fewer values than this on a side say nothing of the level around a line.
 const FEWEST_AROUND: usize = 8;
 
 /// Lines above this in a spectrum of one speed, for any length.
@@ -91,11 +91,14 @@ impl Spectrum {
         };
         let line = part(hz - 0.5 * width_hz, hz + 0.5 * width_hz);
         let reach_hz = AROUND * width_hz;
-        let mut around = part(hz - reach_hz, hz - width_hz).to_vec();
-        around.extend(part(hz + width_hz, hz + reach_hz));
-        if line.is_empty() || around.len() < FEWEST_AROUND {
+        let sides = [
+            part(hz - reach_hz, hz - width_hz),
+            part(hz + width_hz, hz + reach_hz),
+        ];
+        if line.is_empty() || sides.iter().any(|side| side.len() < FEWEST_AROUND) {
             return None;
         }
+        let mut around = sides.concat();
         let highest_db = line.iter().copied().fold(f64::MIN, f64::max);
         Some(highest_db - median(&mut around)?)
     }
