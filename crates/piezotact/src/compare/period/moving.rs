@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::spectra::Spectrum;
+use super::spectra::{AROUND, Spectrum};
 use super::{HIGHEST_OF_MANY, PROMINENT_DB, PeriodCriterion, SCATTER_DB, SpeedPeak};
 use crate::criterion::{Criterion, Limit};
 
@@ -199,15 +199,16 @@ impl Spectrum {
         SCATTER_DB / self.stretches.sqrt()
     }
 
-    /// The frequencies of the `most` lines that stand highest above the background, the highest first, each a width from the others.
+    /// The frequencies of the `most` lines that stand highest above the background, the highest first, each beyond the
+    /// surroundings of the others, where the window's own lobes lie.
     fn highest_lines_hz(&self, most: usize) -> Vec<f64> {
         let mut order: Vec<usize> = (0..self.prominence_db.len()).collect();
         order.sort_by(|a, b| self.prominence_db[*b].total_cmp(&self.prominence_db[*a]));
         let mut lines: Vec<f64> = Vec::new();
         for place in order {
             let hz = self.wavenumbers[place] * self.speed_m_s;
-            let width_hz = self.width_hz(hz);
-            if lines.iter().all(|line| (line - hz).abs() > width_hz) {
+            let reach_hz = AROUND * self.width_hz(hz);
+            if lines.iter().all(|line| (line - hz).abs() > reach_hz) {
                 lines.push(hz);
             }
             if lines.len() == most {

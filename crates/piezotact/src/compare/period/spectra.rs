@@ -17,7 +17,7 @@ const LOBE: f64 = 2.0;
 /// … or as the speed wanders within a stroke, as a share of its frequency.
 const WANDER: f64 = 0.03;
 /// The level around a line is the median from its width to this many times its width, on both sides.
-const AROUND: f64 = 4.0;
+pub(super) const AROUND: f64 = 4.0;
 /// Fewer values than this on a side say nothing of the level around a line.
 const FEWEST_AROUND: usize = 8;
 
