@@ -205,7 +205,7 @@ pub(crate) struct Demo {
 /// What a person adds to what a recording says of itself.
 #[derive(Debug, Args)]
 pub(crate) struct Reading {
-    /// The physical value of a sample of 1, such as "200 m/s2": for a WAV file (1 = full scale) without a sidecar
+    /// What the number 1 in the file means, such as "200 m/s2": for a WAV file (1 = full scale) without a sidecar
     /// FILE.json, or for table columns without units.
     #[arg(long, value_name = "VALUE UNIT")]
     pub(crate) scale: Option<Measure>,

@@ -155,7 +155,7 @@ fn a_tone_recorded_elsewhere_is_placed_by_its_bursts() {
         "{low} {high}"
     );
     let report = std::fs::read_to_string(folder.path("align.html")).unwrap();
-    assert!(report.contains("Places against the line") && report.contains("Bursts"));
+    assert!(report.contains("Residuals from the line") && report.contains("Bursts"));
     folder.run(&["rerun", "align.html"]).expect_success();
     folder
         .run(&[&line[..4], &["--csv", "rows.csv"]].concat())

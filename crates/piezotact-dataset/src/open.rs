@@ -32,7 +32,7 @@ use beside::Beside;
 /// Information stated by the user in addition to that in the file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ReadOptions {
-    /// What a sample of 1 stands for: full scale of a WAV file, or plain numbers of a table.
+    /// What the number 1 stands for: full scale of a WAV file, or plain numbers of a table.
     pub scale: Option<Measure>,
     /// The rate, for a table without a time column.
     pub rate: Option<SampleRate>,

@@ -23,7 +23,7 @@ use crate::version::refuse_newer;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Sidecar {
-    /// The physical value of full scale (a sample of 1).
+    /// The physical value of full scale (the number 1).
     #[serde(
         skip_serializing_if = "Option::is_none",
         deserialize_with = "people_write_measures"
@@ -49,7 +49,7 @@ pub struct Sidecar {
 pub(crate) struct OfSamples {
     /// The names of the channels, where it has such a list.
     pub(crate) channels: Option<Vec<String>>,
-    /// What a sample of 1 of a channel stands for, by its name: a unit such as `N`, or a measure such as `2 N`. It counts
+    /// What the number 1 in a channel stands for, by the name of the channel: a unit such as `N`, or a measure such as `2 N`. It counts
     /// before [`Sidecar::full_scale`], and only people write it.
     pub(crate) units: BTreeMap<String, String>,
     /// The fingerprint of the samples that it was written for.

@@ -187,7 +187,7 @@ impl TransferDocument {
     ///
     /// # Errors
     /// [`ReadError::Content`] when its units are not those of `I` and `O`, the columns differ in length, the
-    /// frequencies do not rise evenly from 0 Hz, or a value is no number.
+    /// frequencies are not evenly spaced from 0 Hz, or a value is no number.
     pub fn function<I: Quantity, O: Quantity>(
         &self,
         path: &Path,

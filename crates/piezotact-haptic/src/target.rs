@@ -29,7 +29,7 @@ const DEFAULT_TICKS: u32 = 1000;
 pub struct Asked<'a> {
     /// Where it comes from, as its provenance says it.
     pub source: &'a str,
-    /// What a sample of 1 stands for; full scale of a device where it is not known.
+    /// What the number 1 stands for; full scale of a device where it is not known.
     pub scale: Option<&'a Measure>,
     /// The rate at which it is played.
     pub rate: Option<SampleRate>,

@@ -383,7 +383,7 @@ pub(crate) struct Verify {
     /// The channel of the measurement; optional if there is only one, or only one of acceleration.
     #[arg(long)]
     pub(crate) measured_channel: Option<String>,
-    /// The physical value of a sample of 1 in the measurement, if it differs from --scale.
+    /// What the number 1 in the measurement means, if it differs from --scale.
     #[arg(long, value_name = "VALUE UNIT")]
     pub(crate) measured_scale: Option<Measure>,
     /// The drive (WAV) that was played, if the measurement does not contain it: its level and its achievable band

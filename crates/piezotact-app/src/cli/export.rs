@@ -21,7 +21,7 @@ pub(crate) struct Export {
     pub(crate) out: PathBuf,
     #[command(flatten)]
     pub(crate) reading: Reading,
-    /// The channel; optional if there is only one, or only one of acceleration. By default a universal file holds all.
+    /// The channel; optional if there is only one, or only one of acceleration. By default, a universal file (.uff) holds all channels.
     #[arg(long)]
     pub(crate) channel: Option<String>,
     /// The transfer function of the device that a .hjif file is for: its gain, band and resonance are written to the file.

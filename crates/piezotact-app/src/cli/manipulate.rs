@@ -38,7 +38,7 @@ pub(crate) struct Manipulate {
     /// The channel of the other recordings.
     #[arg(long)]
     pub(crate) of_channel: Option<String>,
-    /// The physical value of a sample of 1 in the other recordings; default: what they state, otherwise --scale.
+    /// What the number 1 in the other recordings means; default: what they state, otherwise --scale.
     #[arg(long, value_name = "VALUE UNIT")]
     pub(crate) of_scale: Option<Measure>,
     #[command(flatten)]

@@ -67,7 +67,7 @@ pub(crate) struct Score {
     /// The channel of B, if it differs from --channel.
     #[arg(long)]
     pub(crate) test_channel: Option<String>,
-    /// The physical value of a sample of 1 in B, if it differs from --scale.
+    /// What the number 1 in B means, if it differs from --scale.
     #[arg(long, value_name = "VALUE UNIT")]
     pub(crate) test_scale: Option<Measure>,
     /// The band in which A and B are compared, in Hz.

@@ -104,7 +104,7 @@ fn checked(args: &Manipulate) -> Outcome {
         ] {
             if given {
                 return Err(usage(anyhow!(
-                    "expected --rms-of or --spectrum-of with {option}, found neither; leave {option} out"
+                    "expected --rms-of or --spectrum-of with {option}, found neither; state one of them, or leave {option} out"
                 )));
             }
         }

@@ -23,7 +23,7 @@ pub struct Written {
     pub format: String,
     /// Its rate, Hz; absent where it has none.
     pub rate_hz: Option<SampleRate>,
-    /// What a sample of 1 stands for; absent where nothing says it.
+    /// What the number 1 stands for; absent where nothing says it.
     pub full_scale: Option<Measure>,
     /// What limits it, and what the format cannot hold.
     #[serde(serialize_with = "serialize_merged")]

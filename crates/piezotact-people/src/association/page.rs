@@ -173,11 +173,10 @@ impl Association {
             false => String::new(),
         };
         let note = format!(
-            "A pair is confused where, of the presentations of both together, a quarter or more are declared to be the other: two \
-             samples that feel the same are confused half of the time, and who guesses among three names the other in a third. Not \
-             confused: the whole 95 % interval lies below that, and right answers are shown to be more frequent than the other's \
-             name. Not decided: anything else; more participants narrow it. Of a hundred such intervals about five do not hold the \
-             true share.{shown}"
+            "A pair is confused if a quarter or more of the presentations of both together are declared to be the other sample. Two samples that \
+             feel the same are confused half of the time; guesses among three samples name the other in a third. Not confused: the whole 95 % \
+             interval lies below a quarter, and right answers are shown to be more frequent than the name of the other sample. Not decided: anything else; more participants narrow it. About \
+             five of a hundred such intervals do not contain the true share.{shown}"
         );
         let mut blocks = vec![Block::text(text), Block::note(note)];
         if all > 0 {
@@ -197,9 +196,9 @@ fn tasks(asked: &Asked) -> Vec<Block> {
     if let Some(table) = asked.judges_table() {
         blocks.push(table.into());
         blocks.push(Block::note(
-            "Judges are ways of answering by what was delivered to the nail; noise, weight and lapses of each are fitted. AICc: \
-             Akaike's criterion for small samples. A judge is named where its weight is at least 0.99, it predicts participants who \
-             were held out best, and its fit is not refuted; fewer than four participants decide nothing. An order counts as one \
+            "A judge is a model of how people answer from what was delivered to the nail; its noise, weight and lapses are fitted. AICc: \
+             Akaike's criterion for small samples. A judge is named only if its Akaike weight is at least 0.99, it predicts left-out participants \
+             best, and its fit is not rejected. Fewer than four participants are too few to decide. An order counts as one \
              answer.",
         ));
     }
@@ -248,14 +247,14 @@ fn counts(matrix: &AssociationMatrix) -> Table {
 
 fn felt_blocks(felt: &Felt) -> Vec<Block> {
     let shown = match felt.pairs.len() {
-        all if all > PAIRS_DRAWN => format!(" Drawn are the first {PAIRS_DRAWN} of {all} pairs."),
+        all if all > PAIRS_DRAWN => format!(" The figures show the first {PAIRS_DRAWN} of {all} pairs."),
         _ => String::new(),
     };
     let note = format!(
-        "Pairs that somebody confused and that the answers do not show to be told apart. Level: the difference in sensation level. \
+        "Pairs that at least one participant confused and that are not shown to be distinguishable. Level: the difference in sensation level. \
          Spectrum: the difference at equal sensation level, the louder attenuated to the level of the softer. Both in just-noticeable \
-         differences (JND) over {}; one separates a pair where its whole 95 % interval lies above the published range of the JND and \
-         above what the halves of one recording differ by.{shown}",
+         differences (JND) over {}; one of them separates a pair if its whole 95 % interval lies above the published range of the JND and above the \
+         difference between the halves of one recording.{shown}",
         felt.model.band
     );
     let mut blocks = vec![Block::note(note)];

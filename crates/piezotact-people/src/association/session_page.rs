@@ -109,7 +109,7 @@ fn numbers(state: &State<'_>, events: &[(i64, Event)]) -> Vec<Number> {
         ),
         Number::new(
             count(|trial| trial.voided as usize).to_string(),
-            "trials void and repeated",
+            "void trials, presented again",
         ),
     ];
     let played = count(|trial| trial.evidence.len());

@@ -53,7 +53,7 @@ impl Shown for EvaluatedSurface {
             Roughness::Profile(roughness) => profile_figures(roughness),
             Roughness::Map(roughness) => map_figures(roughness),
         });
-        let note = "A dash: this parameter has no value for this surface; if that is a warning, the reason is listed above.";
+        let note = "A dash means that the parameter has no value for this surface. If a warning above concerns it, it gives the reason.";
         let all = [self.parameters_table().into(), Block::note(note)];
         let page = page.section("All parameters", all);
         match &self.roughness {

@@ -108,7 +108,7 @@ impl Shown for AlignedRecording {
         places.extend(self.correlations().map(Block::Figure));
         let mut page = Page::new("Recording on the clock of its drive", origin)
             .section("", [conclusion, Block::Numbers { numbers }])
-            .section("Places against the line", places);
+            .section("Residuals from the line", places);
         if let Some(bursts) = self.bursts_table() {
             page = page.section("Bursts", [Block::Table(bursts)]);
         }
@@ -127,7 +127,7 @@ impl AlignedRecording {
             Column::new("what", "what"),
             Column::new("middle in the recording, s", "recorded_s"),
             Column::new("middle in the drive, s", "drive_s"),
-            Column::new("against the line, µs", "residual_us"),
+            Column::new("residual from the line, µs", "residual_us"),
             Column::new("correlation", "correlation"),
             Column::new("used", "used"),
         ]);
@@ -171,7 +171,7 @@ impl AlignedRecording {
             Column::new("burst", "burst"),
             Column::new("middle in the recording, s", "recorded_s"),
             Column::new("middle in the drive, s", "drive_s"),
-            Column::new("against the line, µs", "residual_us"),
+            Column::new("residual from the line, µs", "residual_us"),
             Column::new("standard error, µs", "error_us"),
             Column::new("correlation", "correlation"),
         ]);
@@ -258,7 +258,7 @@ impl AlignedRecording {
             .sum();
         lines.retain(|line| !line.points.is_empty());
         let x = Axis::new("time of the recording, s", 0.0, self.recording.length_s.0);
-        let y = Axis::new("time against the line, µs", -reach, reach);
+        let y = Axis::new("residual from the line, µs", -reach, reach);
         let hidden = match outside {
             0 => String::new(),
             count => format!(" {} outside the figure.", counted(count, "place")),

@@ -29,7 +29,7 @@ pub enum TransferError {
     },
     /// A magnitude of no device.
     #[error(
-        "expected a transfer function with its largest magnitude from 1e-30 to 1e12, found up to {largest:e}; check its units, or \
+        "expected a transfer function whose largest magnitude is between 1e-30 and 1e12, found {largest:e}; check its units, or \
             measure again"
     )]
     Magnitude { largest: f64 },
@@ -52,7 +52,7 @@ pub enum TransferError {
     },
     /// The step between lines is not above zero.
     #[error(
-        "expected frequencies that rise evenly from 0 Hz, found a step of {found} Hz; export the transfer function on a uniform axis",
+        "expected evenly spaced frequencies from 0 Hz, found a step of {found} Hz; export the transfer function on a uniform axis",
         found = rounded(*found)
     )]
     Resolution { found: f64 },

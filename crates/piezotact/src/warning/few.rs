@@ -121,8 +121,8 @@ impl Few {
                 "the variation between strokes is not known, and nothing is decided"
             }
             Self::RecordingsOfSample { .. } => {
-                "all strokes are from one recording, so that the variation between placements, sessions or days is not in the distance within a \
-                 sample"
+                "all strokes are from one recording, so that the distance within a sample does not include the variation between placements, \
+                 sessions or days"
             }
             Self::Units { pairs, .. } => {
                 let pairs = counted(*pairs, "pair");
@@ -151,9 +151,9 @@ impl Few {
                 let least =
                     format!("they have {flips} sign flips, and the smallest p is {smallest_p:.3}");
                 return match tests {
-                    1 => format!("{least}, so that no cluster can be below 0.05"),
+                    1 => format!("{least}, so that no cluster can reach p < 0.05"),
                     tests => format!(
-                        "{least} ({:.3} after Holm over {tests} pairs of tasks), so that no cluster may be below 0.05",
+                        "{least} ({:.3} after Holm over {tests} pairs of tasks), so that no cluster may reach p < 0.05",
                         (smallest_p * *tests as f64).min(1.0)
                     ),
                 };

@@ -25,13 +25,13 @@ pub(super) struct Arguments {
     /// The seed of simulations and searches.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// How many participants, repeats and sets find a difference, by a permutation of participants at 5 %, in simulated campaigns.
-    /// `samples:A,B`: two samples are told apart; `tasks:A,B`: two tasks differ; `again:own,averaged`: the same people with two ways of
+    /// Simulates campaigns to find how many participants, repeats and sets are needed to show a difference (permutation of participants at 5 %).
+    /// `samples:A,B`: two samples are distinguished; `tasks:A,B`: two tasks differ; `again:own,averaged`: the same people with two ways of
     /// rendering; `people:own,averaged`: two groups of people.
     #[arg(long, value_name = "WHAT:A,B", requires = "shares")]
     power: Option<Difference>,
-    /// The difference of --power, in percent: answers as expected in A and in B; of two samples, right answers and those that name
-    /// the other. Of the median participant.
+    /// The difference that --power looks for, in percent, for the median participant: expected answers in A and in B; for two samples, right
+    /// answers and answers that name the other sample.
     #[arg(long, value_name = "PERCENT,PERCENT", requires = "power")]
     shares: Option<Shares>,
     /// The task of --power, where several tasks have answers of the samples or groups.
