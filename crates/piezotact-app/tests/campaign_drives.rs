@@ -470,7 +470,7 @@ fn a_sensor_that_was_turned_up_is_refused_before_the_session() {
     run(&folder, &line("double")).expect_failure(
         1,
         &[
-            "not ready: expected the level of the sensor re its stored response within ±1.5 dB, found +6.0 dB; set its amplifier back",
+            "not ready: expected the level of the sensor relative to its stored response within ±1.5 dB, found +6.0 dB; set its amplifier back",
             "for the reason above",
         ],
     );

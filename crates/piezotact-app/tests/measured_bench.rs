@@ -156,7 +156,7 @@ fn a_response_that_says_nothing_is_played_through_with_warnings() {
     let text = warnings(&said);
     for part in [
         "does not state the load and angle",
-        "does not say its amplifier gain",
+        "states neither amplifier gain",
         "does not state whether a finger was measured",
     ] {
         assert!(text.contains(part), "{part}: {text}");

@@ -422,7 +422,7 @@ fn it_says_what_it_is_and_what_it_cannot_tell() {
     let text = said(&recorded(&mut bare, &tone(0.1, 100.0), "play"));
     for part in [
         "does not state the load and angle",
-        "does not say its amplifier gain",
+        "states neither amplifier gain",
         "does not state whether a finger was measured",
     ] {
         assert!(text.contains(part), "{part}: {text}");

@@ -198,8 +198,7 @@ fn tasks(asked: &Asked) -> Vec<Block> {
         blocks.push(Block::note(
             "A judge is a model of how people answer from what was delivered to the nail; its noise, weight and lapses are fitted. AICc: \
              Akaike's criterion for small samples. A judge is named only if its Akaike weight is at least 0.99, it predicts left-out participants \
-             best, and its fit is not rejected. Fewer than four participants are too few to decide. An order counts as one \
-             answer.",
+             best, and its fit is not rejected. Fewer than four participants are too few to decide. An ordering of samples counts as one answer.",
         ));
     }
     blocks
@@ -247,7 +246,9 @@ fn counts(matrix: &AssociationMatrix) -> Table {
 
 fn felt_blocks(felt: &Felt) -> Vec<Block> {
     let shown = match felt.pairs.len() {
-        all if all > PAIRS_DRAWN => format!(" The figures show the first {PAIRS_DRAWN} of {all} pairs."),
+        all if all > PAIRS_DRAWN => {
+            format!(" The figures show the first {PAIRS_DRAWN} of {all} pairs.")
+        }
         _ => String::new(),
     };
     let note = format!(

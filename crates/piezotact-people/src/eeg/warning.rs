@@ -162,7 +162,7 @@ impl NotCommon {
 #[serde(tag = "why", rename_all = "snake_case")]
 pub enum LeftOutElectrodes {
     /// Channels that a table calls bad are left out.
-    #[error("the table of channels beside the file calls them bad")]
+    #[error("the table of channels beside the file marks them as bad")]
     CalledBad,
 }
 
@@ -187,7 +187,7 @@ pub enum ElectrodesFault {
     Quiet { middle_v: f64 },
     /// Pairs of electrodes that record the same.
     #[error(
-        "record the same but for 5 %, so gel may bridge them, or a channel was copied; values at these electrodes are one measurement"
+        "differ by less than 5 %: gel may bridge them, or a channel was copied; count them as one electrode"
     )]
     Bridged,
     /// Signals whose size is not that of EEG.
@@ -198,7 +198,7 @@ pub enum ElectrodesFault {
     )]
     Amplitude { median_v: f64 },
     /// Channels that a table calls bad are analysed.
-    #[error("analysed although the table of channels beside the file calls them bad")]
+    #[error("analysed although the table of channels beside the file marks them as bad")]
     CalledBad,
     /// Channels without a position are in the mean of all electrodes.
     #[error(
@@ -207,8 +207,8 @@ pub enum ElectrodesFault {
     UnknownInReference,
     /// Signals that were computed from those of other electrodes.
     #[error(
-        "interpolated from {from} electrodes{}: these signals hold nothing that the others do not hold, and an effect there is no measurement at \
-            this place",
+        "interpolated from {from} electrodes{}: these signals contain no information of their own, so an effect at these electrodes was not \
+            measured there",
         if *share > MOST_INTERPOLATED {
             format!(" (they are {:.0} % of the electrodes, usual are at most 10 %)", 100.0 * share)
         } else {

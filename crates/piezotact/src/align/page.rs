@@ -291,7 +291,7 @@ impl AlignedRecording {
         let is_empty = lines.is_empty();
         (!is_empty).then(|| {
             Chart::new(x, y, lines).captioned(
-                "Correlation of the envelopes of each block and of the drive at its place. 1: the same but for scale and phase; a device that \
+                "Correlation of the envelopes of each block and of the drive at its place. 1: the same except for scale and phase; a device that \
                  filters, and noise, lower it.",
             )
         })

@@ -79,7 +79,7 @@ pub enum ChannelFault {
     #[error(
         "reaches {peak:.2} of full scale, but only {limit:.2} can be played: {} of its samples are beyond this limit{}",
         percent(*share),
-        if *lost_db >= 0.05 { format!(", and the level that can be played is {lost_db:.1} dB lower") } else { String::new() }
+        if *lost_db >= 0.05 { format!(", which lowers the played level by {lost_db:.1} dB") } else { String::new() }
     )]
     BeyondLimit {
         peak: f64,

@@ -151,10 +151,10 @@ impl BeforeAndAfter<'_> {
         };
         let and_others = match self.others {
             [] => "",
-            _ => ", and the other textures that were used",
+            _ => ", with the other textures that were used",
         };
         Panels::new(vec![chart(before), chart(after)]).captioned(format!(
-            "Before{and_others}, and below after: the first {DRAWN_S} s, on the same scale."
+            "Top: before{and_others}. Bottom: after. The first {DRAWN_S} s, on the same scale."
         ))
     }
 

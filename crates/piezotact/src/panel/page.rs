@@ -156,7 +156,7 @@ impl AnalysedPanel<'_> {
         numbers.push(Number::new(
             percent(costs.verdict.share_within),
             format!(
-                "of these participants within {} dB rms",
+                "of these participants are within {} dB rms of the average",
                 costs.verdict.criterion.db_rms
             ),
         ));

@@ -73,7 +73,9 @@ impl MissingMeasurements {
     fn advice(&self) -> &'static str {
         match self {
             Self::Cells { .. } => "complete the missing measurements",
-            Self::Planned { .. } => "give the same panel run again, which continues it",
+            Self::Planned { .. } => {
+                "run the same command `panel run` again: it continues the panel"
+            }
         }
     }
 }

@@ -209,7 +209,7 @@ pub struct PreparedDrives {
     /// What a closed loop corrected; absent in an open loop.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mode: Option<Mode>,
-    /// The level of all textures re their strokes, dB; absent where each has its own.
+    /// The level of all textures relative to their strokes, dB; absent where each has its own.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub level_db: Option<f64>,
     /// The texture that sets this level; absent where it was stated, or all fit at their own level.

@@ -49,7 +49,7 @@ impl Shown for PreparedDrives {
         );
         let mut drives = vec![Block::Table(self.table())];
         drives.push(Block::Note {
-            text: "Stroke: the one that is rendered, with its duration and its rms. Level: of the rendering re this stroke. \
+            text: "Stroke: the one that is rendered, with its duration and its rms. Level: of the rendering relative to this stroke. \
                 Headroom: how far the peak of the drive is below the limit of the device. Band reached: the share of the band."
                 .into(),
         });
@@ -123,7 +123,7 @@ impl PreparedDrives {
         if let Some(level_db) = self.level_db {
             let name = match &self.level_set_by {
                 Some(texture) => format!("level of all textures, set by {texture}"),
-                None => "level of all textures re their strokes".into(),
+                None => "level of all textures relative to their strokes".into(),
             };
             numbers.push(Number::new(format!("{} dB", signed(level_db, 1)), name));
         }
@@ -174,7 +174,7 @@ impl PreparedDrives {
     fn method(&self) -> String {
         let level = match self.level_db {
             Some(_) => {
-                "All textures were rendered at one level re their strokes, so that differences in level between them are kept."
+                "All textures were rendered at one level relative to their strokes, so that differences in level between them are kept."
             }
             None => "Each texture was rendered at its own level.",
         };

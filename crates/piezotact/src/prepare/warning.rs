@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[serde(tag = "code", rename_all = "snake_case")]
 pub enum PrepareWarning {
-    /// Textures were rendered at different levels re their strokes.
+    /// Textures were rendered at different levels relative to their strokes.
     #[error(
         "the textures were rendered at different levels, {lowest_db:+.1} to {highest_db:+.1} dB: differences in level between them are not those of \
             the samples; lower the level"

@@ -525,7 +525,9 @@ impl NotUsed {
             Self::Entries { .. } | Self::Events { .. } => "correct the file",
             Self::Sidecar { .. } => "state in the recording what the sidecar states",
             Self::Cuts { .. } => "check the times of the cuts",
-            Self::TransferFunctions { .. } => "give the same panel run again, which continues it",
+            Self::TransferFunctions { .. } => {
+                "run the same command `panel run` again: it continues the panel"
+            }
         }
     }
 }

@@ -10,8 +10,8 @@ use serde::{Deserialize, Serialize};
 pub enum RenderWarning {
     /// The device of a transfer function is not described: only the digital full scale limits the drive.
     #[error(
-        "the transfer function does not say its amplifier gain and volts at full scale: only the digital full scale was checked, and the amplifier \
-            may clip at a lower drive; state amplifier gain and volts at full scale when the transfer function is estimated"
+        "the transfer function states neither amplifier gain nor volts at full scale: only the digital full scale was checked, and the amplifier \
+            may clip at a lower drive; state both when the transfer function is estimated"
     )]
     DeviceNotDescribed,
     /// The amplifier cannot follow the drive into the capacitive load.

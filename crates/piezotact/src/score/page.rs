@@ -66,8 +66,8 @@ impl Shown for ScoredRecordings {
 }
 
 const CRITERIA: &str = "“Below the just-noticeable difference”: the first criterion is met, and no criterion on short-time levels is violated. \
-    “Distinguishable”: neither the first criterion nor that on the halves is met anywhere within the 95 % limits. Otherwise “not \
-    decided”. The score takes account neither of changes of level over time nor of the waveform.";
+    “Distinguishable”: everywhere within its 95 % limits, the score is above the limits of the first criterion and of the criterion on \
+    the halves. Otherwise “not decided”. The score takes account neither of changes of level over time nor of the waveform.";
 const COLUMNS: &str = "Levels in dB re 1 m/s² rms. Sensation: the difference B − A of the sensation levels (levels above the detection \
     threshold), spread over neighbouring bands whose frequencies cannot be distinguished. A band below the threshold has none.";
 

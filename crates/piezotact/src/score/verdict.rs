@@ -57,7 +57,7 @@ impl fmt::Display for ScoreCriterion {
             Self::DifferenceWithin => "score below the difference between the halves of one recording",
             Self::ShortTimeSpread => "difference in the spread of short-time levels (0.1 s)",
             Self::LoudestMoment => {
-                "loudest 0.1 s re the detection threshold, if neither reaches it over its whole length"
+                "loudest 0.1 s relative to the detection threshold, if neither reaches it over its whole length"
             }
         })
     }

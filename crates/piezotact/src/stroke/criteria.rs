@@ -68,7 +68,7 @@ impl fmt::Display for StrokeCriterion {
             Self::SlidingParts => "sliding parts",
             Self::Turns => "reversals of direction",
             Self::ClippedShare => "share of samples at a limit",
-            Self::VibrationShare => "vibration re that of a typical stroke",
+            Self::VibrationShare => "vibration relative to a typical stroke",
             Self::LargestForce => "largest force",
             Self::ForceDeviation => "mean force minus requested force",
             Self::TouchShare => "share of time in contact",

@@ -37,7 +37,7 @@ pub enum AtRestCriterion {
 impl fmt::Display for AtRestCriterion {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Level => "level of the sensor re its stored response",
+            Self::Level => "level of the sensor relative to its stored response",
             Self::Shape => "distance of the lines from that change",
         })
     }

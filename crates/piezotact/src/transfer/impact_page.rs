@@ -13,7 +13,7 @@ pub(super) fn blocks<I: Quantity, O: Quantity>(
 ) -> Option<Vec<Block>> {
     let (test, traces) = (report.function.impact.as_ref()?, report.traces?);
     let force = forces(report, traces).captioned(
-        "Force of the hits that were used, time re the beginning of each pulse; the force window is drawn at the height of the \
+        "Force of the hits that were used, time from the beginning of each pulse; the force window is drawn at the height of the \
          largest pulse.",
     );
     let response = responses(report, traces).captioned(
@@ -21,7 +21,7 @@ pub(super) fn blocks<I: Quantity, O: Quantity>(
          height of the largest value.",
     );
     let spectrum = spectrum(report, (test, traces)).captioned(
-        "Mean spectrum of the force re its highest level. Shaded: the band that was excited, in which it lies above the line.",
+        "Mean spectrum of the force relative to its highest level. Shaded: the band that was excited, in which it lies above the line.",
     );
     Some(vec![
         Block::text(windows(test)),

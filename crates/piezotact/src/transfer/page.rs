@@ -190,7 +190,7 @@ impl<'a, I: Quantity, O: Quantity> TransferReport<'a, I, O> {
                 true => Number::new("none", "distortion above the noise"),
                 false => Number::new(
                     format!("{} dB", fixed(level_db, 0)),
-                    format!("largest distortion re the response, {band}"),
+                    format!("largest distortion relative to the response, {band}"),
                 ),
             });
         }
@@ -221,7 +221,7 @@ impl<'a, I: Quantity, O: Quantity> TransferReport<'a, I, O> {
 fn distortion_table(distortion: &Distortion) -> Table {
     let mut table = Table::new([
         Column::new("band", "band"),
-        Column::new("noise re response, dB", "noise_db"),
+        Column::new("noise relative to response, dB", "noise_db"),
         Column::new("even, dB", "even_db"),
         Column::new("odd, dB", "odd_db"),
     ]);

@@ -337,7 +337,7 @@ impl Meanings<'_> {
                 "1",
             ),
             "level_re_target_db" => number(
-                "Level on the fingernail re the target at the level that it was rendered at.",
+                "Level on the fingernail relative to the target at its rendered level.",
                 "dB",
             ),
             "rendered_at_db" => number(

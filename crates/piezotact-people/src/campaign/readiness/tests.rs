@@ -392,7 +392,7 @@ fn a_sensor_that_does_not_read_as_it_did_is_not_ready() {
     assert_eq!(
         said(6.02, 0.1, today, BenchKind::Twin),
         [
-            "expected the level of the sensor re its stored response within ±1.5 dB, found +6.0 dB; set its amplifier back, or calibrate it and measure the stored response again"
+            "expected the level of the sensor relative to its stored response within ±1.5 dB, found +6.0 dB; set its amplifier back, or calibrate it and measure the stored response again"
         ]
     );
     assert_eq!(

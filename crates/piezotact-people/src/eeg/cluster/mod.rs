@@ -285,7 +285,7 @@ fn check(people: &[Vec<f64>], grid: &Grid, config: &ClusterConfig) -> Result<(),
 pub enum ClusterError {
     /// Too few people.
     #[error(
-        "expected at least 2 people, found {found}; measure more (6 are the fewest that can show p < 0.05)"
+        "expected at least 2 people, found {found}; measure more (at least 6 are needed to reach p < 0.05)"
     )]
     FewPeople { found: usize },
     /// Values, nodes or neighbours of another number than the rest.

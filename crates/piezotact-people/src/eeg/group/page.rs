@@ -62,7 +62,7 @@ impl TaskContrast {
         let Some(found) = &self.contrast else {
             let people = counted(self.people.len(), "participant");
             let reason = match self.people.len() {
-                0..3 => format!("{people} in both; 3 are the fewest"),
+                0..3 => format!("{people} in both; at least 3 are needed"),
                 _ => format!(
                     "the difference is the same in all {people}; check that they are different measurements"
                 ),

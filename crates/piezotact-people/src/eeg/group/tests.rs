@@ -210,7 +210,7 @@ fn few_people_decide_nothing() {
     assert!(
         found.contrasts[0]
             .sentence(Mode::Percent)
-            .contains("3 are the fewest")
+            .contains("at least 3 are needed")
     );
     let four = compare(&documents(4), &config()).unwrap();
     let cluster = &four.clusters[0].criteria[0];

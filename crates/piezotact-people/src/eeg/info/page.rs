@@ -47,7 +47,7 @@ impl EegInfo {
                 "Montage: no name has a position of the 10-10 system, so no scalp map can be drawn without measured positions".to_owned()
             }
             _ => format!(
-                "Montage: {} of {all} names have a position of the 10-10 system; not {}",
+                "Montage: {} of {all} names have a position of the 10-10 system; without a position: {}",
                 all - unknown.len(),
                 unknown.join(", ")
             ),

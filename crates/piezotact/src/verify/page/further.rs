@@ -135,7 +135,7 @@ pub(super) fn before(
         let shape_db = one.changed.shape_error_db_rms;
         Number::new(
             format!("{} dB", difference_db(one.changed.level_db)),
-            format!("level of the target re {}; their spectral shapes differ by {shape_db:.2} dB rms over {}", one.file, v.band_hz),
+            format!("level of the target relative to {}; their spectral shapes differ by {shape_db:.2} dB rms over {}", one.file, v.band_hz),
         )
     });
     let mut blocks = vec![Block::numbers(levels)];
@@ -155,7 +155,7 @@ pub(super) fn before(
         ("role in the processing", "role"),
         ("rms before, m/s²", "rms_before_m_s2"),
         ("rms after, m/s²", "rms_after_m_s2"),
-        ("level, after re before, dB", "level_db"),
+        ("level, after relative to before, dB", "level_db"),
         (shape.as_str(), "shape_error_db_rms"),
     ]);
     let rows = before.iter().map(|one| {
