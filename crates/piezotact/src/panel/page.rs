@@ -156,7 +156,7 @@ impl AnalysedPanel<'_> {
         numbers.push(Number::new(
             percent(costs.verdict.share_within),
             format!(
-                "of these participants are within {} dB rms of the average",
+                "of these participants are within {} dB rms of the average of the others",
                 costs.verdict.criterion.db_rms
             ),
         ));
