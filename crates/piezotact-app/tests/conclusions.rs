@@ -160,3 +160,46 @@ fn the_headroom_of_silence_is_no_number() {
         "{said}"
     );
 }
+
+/// Twelve strokes of 1 s with rests between them, by a force and an acceleration; a hum of the mains of amplitude `hum_m_s2` throughout.
+fn strokes_with_hum(seed: usize, hum_m_s2: f64) -> String {
+    let mut text = String::from("t (s),acc (m/s2),fn (N)\n");
+    let mut noise = noise(80_000 * (seed + 1)).skip(80_000 * seed);
+    for i in 0..34_000 {
+        let t = f64::from(i) / 2000.0;
+        let phase_s = t % 1.4;
+        let touching = if (0.25..1.3).contains(&phase_s) {
+            1.0
+        } else {
+            0.0
+        };
+        let texture = 0.5 * touching * noise.next().unwrap();
+        let hum = hum_m_s2 * (TAU * 50.0 * t).sin();
+        let sensor = 0.004 * noise.next().unwrap();
+        let force = 0.5 * touching + 0.002 * (TAU * 3.1 * t).sin();
+        writeln!(text, "{t:.5},{:.6},{force:.5}", texture + hum + sensor).unwrap();
+    }
+    text
+}
+
+/// One texture twice, once with a hum of the mains as strong as the texture: this was told apart, and the hum not named.
+#[test]
+fn hum_is_named_and_tells_no_samples_apart() {
+    let folder = Folder::new();
+    folder.write("A_1.csv", strokes_with_hum(1, 0.0));
+    folder.write("B_1.csv", strokes_with_hum(3, 0.4));
+    let line = "compare A_1.csv B_1.csv --meta {sample}_{trial} --by sample";
+    let done = run(&folder, line);
+    let (said, warned) = (done.out(), done.err());
+    assert!(
+        warned.contains("has lines at 50.0 Hz while nothing is touched"),
+        "{warned} {said}"
+    );
+    assert!(
+        said.contains("lines at 50.0 Hz, of the mains or a machine, are left out"),
+        "{said}"
+    );
+    let json = run(&folder, &format!("{line} --json")).json();
+    let pair = &json["distinguishable"]["settings"][0]["pairs"][0];
+    assert_ne!(pair["outcome"], "told_apart", "{}", json["distinguishable"]);
+}

@@ -637,3 +637,35 @@ fn lines_of_the_drive_are_no_hum() {
     assert!(has_hum(Some(&drive), &at_60_hz));
     assert!(has_hum(Some(&other), &response));
 }
+
+/// A line at rest is found where it is 15 dB above the noise of the rest, also alone; noise has none, and a finger that rests none.
+#[test]
+fn a_line_at_rest_is_found_and_noise_has_none() {
+    use crate::studies::Random;
+    use piezotact::integrity::lines_at_rest;
+    let rate = SampleRate::new(2000.0).unwrap();
+    for seed in 0..60 {
+        let mut random = Random::new(900 + seed);
+        let rest = |random: &mut Random, level: f64, hz: f64| -> Vec<f64> {
+            let at = |i: usize| (TAU * hz * i as f64 / 2000.0 + 0.4).sin();
+            (0..1100)
+                .map(|i| 0.01 * random.normal() + level * at(i))
+                .collect()
+        };
+        let quiet: Vec<Vec<f64>> = (0..5).map(|_| rest(&mut random, 0.0, 50.0)).collect();
+        let parts: Vec<&[f64]> = quiet.iter().map(Vec::as_slice).collect();
+        assert_eq!(lines_at_rest(&parts, rate), [], "seed {seed}");
+        for hz in [50.0, 60.0, 137.3] {
+            let loud: Vec<Vec<f64>> = (0..5).map(|_| rest(&mut random, 0.02, hz)).collect();
+            let parts: Vec<&[f64]> = loud.iter().map(Vec::as_slice).collect();
+            let found = lines_at_rest(&parts, rate);
+            let [line] = found.as_slice() else {
+                panic!("seed {seed}, {hz} Hz: {found:?}");
+            };
+            assert!((line.frequency_hz - hz).abs() < 0.5, "{found:?}");
+            // Half the square of the amplitude.
+            assert!((line.mean_square / 2e-4 - 1.0).abs() < 0.15, "{found:?}");
+        }
+    }
+    assert_eq!(lines_at_rest(&[&[0.0; 100][..]], rate), []);
+}

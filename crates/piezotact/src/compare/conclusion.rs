@@ -230,7 +230,19 @@ impl FrictionChange {
                 if self.share.abs() < 0.01 { 2 } else { 1 }
             )
         );
-        if ranks.direction() == Direction::NotShown || self.matters() {
+        if ranks.direction() == Direction::NotShown {
+            return format!("{said}; {size}");
+        }
+        if !self.agrees_with(ranks) {
+            return format!(
+                "friction and {x}: not decided: ranks {} (rank correlation {}, {} over {} samples), but {size}",
+                if ranks.rho > 0.0 { "rise" } else { "fall" },
+                signed(ranks.rho, 2),
+                p_text(ranks.p_value),
+                ranks.pairs
+            );
+        }
+        if self.matters() {
             return format!("{said}; {size}");
         }
         format!(

@@ -52,6 +52,12 @@ impl FrictionChange {
         LEAST_CHANGE.max(self.scatter_share)
     }
 
+    /// Whether the change has the sign of the rank correlation: a few samples far from the others turn a slope, and no ranks.
+    #[must_use]
+    pub fn agrees_with(&self, ranks: &RankCorrelation) -> bool {
+        self.share * ranks.rho > 0.0
+    }
+
     /// Whether the change is as large as one that counts.
     #[must_use]
     pub fn matters(&self) -> bool {
@@ -268,4 +274,42 @@ pub fn across_participants(groups: &[&Summary]) -> Option<LevelSpread> {
         sd_interval_db: deviation_interval(level_db.sd, participants),
         level_db,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(mean: f64) -> Statistics {
+        Statistics {
+            sd: 0.02 * mean,
+            ..Statistics::of(&mut [mean]).unwrap()
+        }
+    }
+
+    /// Ranks that rise beside a slope that falls, as one smooth sample with high friction makes it, are no trend either way.
+    #[test]
+    fn a_slope_against_the_ranks_decides_nothing() {
+        let ra_m = [
+            0.01e-6, 1e-6, 2e-6, 3e-6, 4e-6, 5e-6, 6e-6, 7e-6, 8e-6, 9e-6,
+        ];
+        let friction = [1.5, 0.40, 0.42, 0.44, 0.46, 0.48, 0.5, 0.52, 0.54, 0.56];
+        let ranks = rank_correlation(&ra_m, &friction).unwrap();
+        let with: Vec<(f64, Statistics)> = ra_m.iter().copied().zip(friction.map(of)).collect();
+        let change = friction_change(&with).unwrap();
+        assert!(
+            ranks.rho > 0.4 && change.share < -0.2,
+            "{ranks:?} {change:?}"
+        );
+        let ranks = RankCorrelation {
+            p_value: 0.01,
+            ..ranks
+        };
+        let said = change.conclusion(&ranks, "Ra");
+        assert!(said.starts_with("friction and Ra: not decided"), "{said}");
+        // Without that sample both agree.
+        let rising = friction_change(&with[1..]).unwrap();
+        let said = rising.conclusion(&ranks, "Ra");
+        assert!(said.starts_with("friction rises with Ra"), "{said}");
+    }
 }

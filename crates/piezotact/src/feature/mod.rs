@@ -4,11 +4,12 @@ mod forces;
 mod low;
 mod peaks;
 mod plan;
+mod rest;
 mod statistics;
 mod warning;
 mod weighting;
 
-use crate::integrity::{ChannelFault, SignalWarning, never_changes};
+use crate::integrity::{ChannelFault, RestLine, SignalWarning, never_changes};
 use low::{LowFrequencies, LowPowers};
 use serde::{Deserialize, Serialize};
 pub use warning::FeatureWarning;
@@ -292,6 +293,8 @@ pub struct Analysis {
     pub unit: Unit,
     /// How it was done.
     pub config: FeatureConfig,
+    /// The lines that are there while nothing is touched, where they hold a part of the power of the strokes.
+    pub rest_lines: Vec<RestLine>,
     /// What a person should know before relying on it.
     pub warnings: Vec<Warning>,
 }
@@ -332,6 +335,7 @@ pub fn analyse(
     }
     let Vibrations {
         unit,
+        names,
         channels: vibrations,
         mut warnings,
     } = vibrations(recording, segmentation, config.high_pass)?;
@@ -401,7 +405,17 @@ pub fn analyse(
     if config.high_pass.is_none() {
         warnings.extend(gesture_kept(&vibrations, segmentation, signals.rate));
     }
+    let mut rest_lines = Vec::new();
+    for (name, samples) in names.iter().zip(&vibrations) {
+        if let Some((lines, warning)) =
+            rest::of_channel((name, samples), segmentation, signals.rate)
+        {
+            rest_lines.extend(lines);
+            warnings.push(warning);
+        }
+    }
     Ok(Analysis {
+        rest_lines,
         fft: amplitudes(&vibrations, segmentation, (signals.rate, &unit))?,
         psd: StrokeSpectra::over(psds, resolution_hz, unit.of_psd()),
         strokes,
@@ -437,6 +451,8 @@ fn clipped(recording: &Recording, segmentation: &Segmentation) -> Vec<Warning> {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Vibrations {
     pub unit: Unit,
+    /// Their names.
+    pub names: Vec<String>,
     /// Their samples, as long as the recording.
     pub channels: Vec<Vec<f64>>,
     /// Channels that were left out.
@@ -461,7 +477,8 @@ pub fn vibrations(
         Some(high_pass) => Some(ZeroPhase::high_pass(high_pass, rate)?),
         None => None,
     };
-    let (mut channels, mut warnings, mut unit) = (Vec::new(), Vec::new(), None);
+    let (mut channels, mut names) = (Vec::new(), Vec::new());
+    let (mut warnings, mut unit) = (Vec::new(), None);
     for name in &segmentation.roles.vibration {
         let channel = recording.pick(Some(name), &Unit::MetrePerSecondSquared)?;
         let first = channel.samples.first().copied().unwrap_or(0.0);
@@ -483,6 +500,7 @@ pub fn vibrations(
             }
             Some(_) => {}
         }
+        names.push(name.clone());
         channels.push(match &filter {
             Some(filter) => filter.apply(&channel.samples),
             None => channel.samples.clone(),
@@ -490,6 +508,7 @@ pub fn vibrations(
     }
     Ok(Vibrations {
         unit: unit.ok_or(FeatureError::NoVibration)?,
+        names,
         channels,
         warnings,
     })

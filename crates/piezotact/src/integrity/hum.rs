@@ -187,6 +187,63 @@ impl Lines {
     }
 }
 
+/// A line that is there while nothing is touched.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct RestLine {
+    /// Its frequency, Hz.
+    pub frequency_hz: f64,
+    /// Its mean square, in the square of the unit of the signal.
+    pub mean_square: f64,
+}
+
+/// A part at rest that is looked at, and the shortest that is.
+const REST: Seconds = Seconds(1.0);
+const SHORTEST_REST: Seconds = Seconds(0.25);
+
+/// The narrow lines of `rests`, parts of one signal at `rate` in which nothing is touched, lowest first: they come from the mains or from a
+/// machine, whatever is touched at other times. Lines below four steps between bins, and of rests shorter than 0.25 s, are not looked for.
+///
+/// Formula: powers of parts of 1 s, or as long as the longest rest, through a Hann window, averaged; a line stands 15 dB above the median of
+/// the bins around it and is as narrow as the window makes it. Mean square 16·Σ|X|²/(3·N²) over its five bins.
+///
+/// Source: house rule, as for [`mains_hum`]; F. J. Harris (1978), Proc. IEEE 66(1), for the window.
+#[must_use]
+pub fn lines_at_rest(rests: &[&[f64]], rate: SampleRate) -> Vec<RestLine> {
+    let longest = rests.iter().map(|rest| rest.len()).max().unwrap_or(0);
+    let length = quick(longest.min(rate.samples_in(REST)));
+    if longest < rate.samples_in(SHORTEST_REST) {
+        return Vec::new();
+    }
+    let mut transform = RealTransform::new(length);
+    let mut lines = Lines {
+        power: vec![0.0; length / 2 + 1],
+        resolution_hz: rate.hz() / length as f64,
+        all: 0.0,
+    };
+    let mut parts = 0.0;
+    for part in rests.iter().flat_map(|rest| rest.chunks_exact(length)) {
+        let middle = mean(part);
+        let windowed: Vec<f64> = (part.iter().enumerate())
+            .map(|(i, v)| (v - middle) * hann(i as f64 / length as f64))
+            .collect();
+        for (sum, bin) in lines.power.iter_mut().zip(transform.forward(&windowed)) {
+            *sum += bin.norm_sqr();
+        }
+        parts += 1.0;
+    }
+    let mut found: Vec<RestLine> = Vec::new();
+    for at in 4..lines.power.len().saturating_sub(4) {
+        let highest = (at - 2..=at + 2).all(|near| lines.power[near] <= lines.power[at]);
+        let line = highest.then(|| lines.line(at as f64 * lines.resolution_hz, 0.0, ABOVE_DB));
+        found.extend(line.flatten().map(|line| RestLine {
+            frequency_hz: line.hertz,
+            mean_square: 16.0 * line.power / (3.0 * parts * (length as f64).powi(2)),
+        }));
+    }
+    found
+}
+
 /// The largest length up to `most` without prime factors above 5.
 fn quick(most: usize) -> usize {
     let smooth = |mut n: usize| {

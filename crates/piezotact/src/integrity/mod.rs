@@ -8,7 +8,7 @@ mod pair;
 mod warning;
 
 pub use copied::{Copy, copied};
-pub use hum::{Hum, mains_hum};
+pub use hum::{Hum, RestLine, lines_at_rest, mains_hum};
 pub(crate) use pair::{Broken, warnings_beside};
 pub use pair::{Pair, transfer_warnings};
 pub use warning::{ChannelFault, SignalWarning};

@@ -1,6 +1,6 @@
 //! Warnings about signal defects: fields and sentences.
 
-use crate::number::digits_that_count;
+use crate::number::{digits, digits_that_count};
 use crate::warning::words::percent;
 use serde::{Deserialize, Serialize};
 
@@ -64,6 +64,13 @@ pub enum ChannelFault {
         share: f64,
         above_db: f64,
     },
+    /// Lines that are there while nothing is touched.
+    #[error(
+        "has lines at {} Hz while nothing is touched too, {} of the power of the strokes: they come from the mains or a machine, not from a texture",
+        frequencies(lines_hz),
+        percent(*share)
+    )]
+    LinesAtRest { lines_hz: Vec<f64>, share: f64 },
     /// Two channels are one signal.
     #[error(
         "is `{of}` times {}{}: the same signal was recorded twice, so a transfer function between the two has no meaning",
@@ -119,6 +126,9 @@ impl ChannelFault {
             Self::Dead => "check its cable and its range",
             Self::Frozen { .. } => "record again, or leave these parts out",
             Self::DropOuts { .. } => "check its cable and its range, and record again",
+            Self::LinesAtRest { .. } => {
+                "check shield and earth, switch off what vibrates, and record again"
+            }
             Self::MainsHum { .. } => "check shield and earth, and record again",
             Self::Copied { .. } => "check the wiring and the names of the channels",
             Self::BeyondLimit { .. } => "check its unit and scale, or lower the level",
@@ -152,6 +162,13 @@ fn lines_of(mains_hz: f64, harmonics: &[usize]) -> String {
         .map(|n| format!("{:.0}", mains_hz * *n as f64))
         .collect();
     let more = if harmonics.len() > 4 { ", …" } else { "" };
+    lines.join(", ") + more
+}
+
+/// The first four of `lines_hz`.
+fn frequencies(lines_hz: &[f64]) -> String {
+    let lines: Vec<String> = lines_hz.iter().take(4).map(|hz| digits(*hz)).collect();
+    let more = if lines_hz.len() > 4 { ", …" } else { "" };
     lines.join(", ") + more
 }
 

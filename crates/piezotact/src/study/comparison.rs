@@ -24,6 +24,9 @@ use crate::warning::Warning;
 /// The band over which active and passive touch are compared, Hz.
 const ACTIVE_PASSIVE_HZ: [f64; 2] = [20.0, 500.0];
 
+/// Lines at rest that are nearer than this are one.
+const SAME_LINE_HZ: f64 = 2.0;
+
 /// What changes with one thing: one comparison for each setting of all others.
 #[derive(Clone, Debug)]
 pub struct Across {
@@ -423,17 +426,18 @@ impl Grouping<'_> {
 
     /// Which samples of `across` are distinguishable; its comparisons hold the sets below the just-noticeable difference then.
     pub(super) fn discrimination(&self, across: &mut Across, model: Model) -> Discrimination {
+        let lines_hz = self.lines_of_no_texture_hz();
         let texture = |group: &Group| {
             let takes = group.takes.iter().map(|place| &self.takes[*place]);
             let analyses: Vec<_> = takes.filter_map(|take| take.analysis.as_ref()).collect();
-            Texture::of(&group.summary.name, &analyses)
+            Texture::of(&group.summary.name, &analyses, &lines_hz)
         };
         let all = across.comparisons.iter();
         let textures: Vec<Vec<Texture>> = all
             .map(|comparison| comparison.groups.iter().filter_map(texture).collect())
             .collect();
         let mut found = match discriminate(&textures, &DiscriminationConfig::usual(model)) {
-            Ok(found) => found,
+            Ok(found) => found.without_lines(lines_hz),
             Err(why) => {
                 let sentence = why.to_string();
                 return Discrimination::Withheld { why, sentence };
@@ -446,6 +450,20 @@ impl Grouping<'_> {
             }
         }
         Discrimination::Found(Box::new(found))
+    }
+
+    /// The lines that are there at rest too, or in all samples at all speeds: they come from the mains or a machine, Hz.
+    fn lines_of_no_texture_hz(&self) -> Vec<f64> {
+        let analyses = self.takes.iter().filter_map(|take| take.analysis.as_ref());
+        let at_rest = analyses.flat_map(|analysis| &analysis.rest_lines);
+        let at_rest = at_rest.map(|line| line.frequency_hz);
+        let common = self.lines.iter().filter(|line| line.is_the_machines());
+        let mut all: Vec<f64> = at_rest
+            .chain(common.map(|line| line.frequency_hz))
+            .collect();
+        all.sort_by(f64::total_cmp);
+        all.dedup_by(|a, b| (*a - *b).abs() < SAME_LINE_HZ);
+        all
     }
 
     /// The warning that some recordings stand in no comparison.

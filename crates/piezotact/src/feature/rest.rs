@@ -1,0 +1,66 @@
+//! Lines that are there while nothing is touched: of the mains, or of a machine.
+
+use crate::integrity::{ChannelFault, RestLine, SignalWarning, lines_at_rest};
+use crate::quantity::{SampleRate, Seconds};
+use crate::statistics::mean;
+use crate::stroke::{Interval, Segmentation};
+use crate::warning::Warning;
+
+/// What is next to a contact is no rest: a filter of the gesture rings so long.
+const BESIDE: Seconds = Seconds(0.1);
+/// Lines that hold less than this share of the power of the strokes change nothing.
+const LEAST_SHARE: f64 = 1e-3;
+
+/// The parts of a recording of `length` samples beyond all contacts, strokes and rejected ones.
+fn rests(segmentation: &Segmentation, length: usize, rate: SampleRate) -> Vec<Interval> {
+    let strokes = segmentation.strokes.iter().map(|stroke| stroke.contact);
+    let rejected = segmentation
+        .rejected
+        .iter()
+        .map(|rejected| rejected.interval);
+    let mut contacts: Vec<Interval> = strokes.chain(rejected).collect();
+    contacts.sort_by_key(|contact| contact.start);
+    let beside = rate.samples_in(BESIDE);
+    let mut rests = Vec::new();
+    let mut start = 0;
+    for contact in contacts {
+        let end = contact.start.saturating_sub(beside);
+        if end > start {
+            rests.push(Interval { start, end });
+        }
+        start = start.max(contact.end + beside);
+    }
+    if start < length {
+        rests.push(Interval { start, end: length });
+    }
+    rests
+}
+
+/// The lines of the channel `name` that stand at rest and hold 0.1 % or more of the power of the strokes together, with the warning.
+pub(super) fn of_channel(
+    (name, samples): (&str, &[f64]),
+    segmentation: &Segmentation,
+    rate: SampleRate,
+) -> Option<(Vec<RestLine>, Warning)> {
+    let rests = rests(segmentation, samples.len(), rate);
+    let rests: Vec<&[f64]> = rests.iter().map(|rest| rest.of(samples)).collect();
+    let lines = lines_at_rest(&rests, rate);
+    let strokes = segmentation.strokes.iter();
+    let squares: Vec<f64> = strokes
+        .map(|stroke| {
+            let part = stroke.steady.of(samples);
+            part.iter().map(|v| v * v).sum::<f64>() / part.len().max(1) as f64
+        })
+        .collect();
+    let share = lines.iter().map(|line| line.mean_square).sum::<f64>() / mean(&squares);
+    (share >= LEAST_SHARE).then(|| {
+        let warning = Warning::from(SignalWarning::Channel {
+            channel: name.to_owned(),
+            fault: ChannelFault::LinesAtRest {
+                lines_hz: lines.iter().map(|line| line.frequency_hz).collect(),
+                share: share.min(1.0),
+            },
+        });
+        (lines, warning)
+    })
+}
