@@ -173,9 +173,9 @@ fn strokes_with_hum(seed: usize, hum_m_s2: f64) -> String {
         } else {
             0.0
         };
-        let texture = 0.5 * touching * noise.next().unwrap();
+        let texture = 10.0 * touching * noise.next().unwrap();
         let hum = hum_m_s2 * (TAU * 50.0 * t).sin();
-        let sensor = 0.004 * noise.next().unwrap();
+        let sensor = 0.8 * noise.next().unwrap();
         let force = 0.5 * touching + 0.002 * (TAU * 3.1 * t).sin();
         writeln!(text, "{t:.5},{:.6},{force:.5}", texture + hum + sensor).unwrap();
     }
@@ -187,7 +187,7 @@ fn strokes_with_hum(seed: usize, hum_m_s2: f64) -> String {
 fn hum_is_named_and_tells_no_samples_apart() {
     let folder = Folder::new();
     folder.write("A_1.csv", strokes_with_hum(1, 0.0));
-    folder.write("B_1.csv", strokes_with_hum(3, 0.4));
+    folder.write("B_1.csv", strokes_with_hum(3, 2.4));
     let line = "compare A_1.csv B_1.csv --meta {sample}_{trial} --by sample";
     let done = run(&folder, line);
     let (said, warned) = (done.out(), done.err());

@@ -6,8 +6,8 @@ use crate::statistics::mean;
 use crate::stroke::{Interval, Segmentation};
 use crate::warning::Warning;
 
-/// What is next to a contact is no rest: a filter of the gesture rings so long.
-const BESIDE: Seconds = Seconds(0.1);
+/// What is next to a contact is no rest: the force is smoothed, and a filter of the gesture rings.
+const BESIDE: Seconds = Seconds(0.05);
 /// Lines that hold less than this share of the power of the strokes change nothing.
 const LEAST_SHARE: f64 = 1e-3;
 

@@ -199,10 +199,10 @@ pub struct RestLine {
 
 /// A part at rest that is looked at, and the shortest that is.
 const REST: Seconds = Seconds(1.0);
-const SHORTEST_REST: Seconds = Seconds(0.25);
+const SHORTEST_REST: Seconds = Seconds(0.2);
 
 /// The narrow lines of `rests`, parts of one signal at `rate` in which nothing is touched, lowest first: they come from the mains or from a
-/// machine, whatever is touched at other times. Lines below four steps between bins, and of rests shorter than 0.25 s, are not looked for.
+/// machine, whatever is touched at other times. Lines below four steps between bins, and of rests shorter than 0.2 s, are not looked for.
 ///
 /// Formula: powers of parts of 1 s, or as long as the longest rest, through a Hann window, averaged; a line stands 15 dB above the median of
 /// the bins around it and is as narrow as the window makes it. Mean square 16·Σ|X|²/(3·N²) over its five bins.
