@@ -116,7 +116,7 @@ fn a_file_shows_what_it_holds() {
         "BrainVision: 3 electrodes",
         "200 Hz",
         "2 of 3 names have a position",
-        "not E1",
+        "without a position: E1",
         "Flat channels: C4",
         "Stimulus/S 1",
     ] {

@@ -160,7 +160,10 @@ pub fn analyse_watched(
     settings: &StudySettings,
     done: &mut dyn FnMut(),
 ) -> Result<StudyAnalysis, StudyError> {
-    no_copies(&takes)?;
+    // Recordings that stand each by itself are no repeats of each other.
+    if settings.question != Question::Groups(Some(Factor::File)) {
+        no_copies(&takes)?;
+    }
     features(&mut takes, settings, done)?;
     let common_lines = lines_of_all(&takes);
     let grouping = Grouping {
