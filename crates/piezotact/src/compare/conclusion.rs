@@ -57,23 +57,18 @@ impl SpatialPeriod {
                 } else {
                     format!("; {groups}")
                 };
-                format!(
-                    "spatial period {number}{groups}; {}",
-                    self.lines.likelihoods()
-                )
+                format!("spatial period {number}{groups}")
             }
             Outcome::NotMet if self.lines.all_stay() => format!(
-                "no spatial period: {} at all speeds, as lines of a machine do; {}",
-                self.lines.fixed(),
-                self.lines.likelihoods()
+                "no spatial period: {} at all speeds, as lines of a machine do",
+                self.lines.fixed()
             ),
             _ if self.is_confounded_by(PeriodCriterion::Moves)
                 && !self.lines.fixed_hz.is_empty() =>
             {
                 format!(
-                    "spatial period not decided: {} at other speeds too, as lines of a machine do; the candidate is {number}; {}",
-                    self.lines.fixed(),
-                    self.lines.likelihoods()
+                    "spatial period not decided: {} at other speeds too, as lines of a machine do; the candidate is {number}",
+                    self.lines.fixed()
                 )
             }
             _ if self.is_confounded_by(PeriodCriterion::Strongest) => format!(
@@ -103,8 +98,7 @@ impl SpatialPeriod {
             }
             _ if self.is_confounded_by(PeriodCriterion::Moves) => format!(
                 "spatial period not decided: its lines cannot be told from lines that stay at their frequencies; record at speeds that \
-                 differ more; the candidate is {number}; {}",
-                self.lines.likelihoods()
+                 differ more; the candidate is {number}"
             ),
             Outcome::NotDecided => format!(
                 "spatial period not decided: the shortest stroke covers fewer than 3 periods; the candidate is {number}"
@@ -118,7 +112,8 @@ impl SpatialPeriod {
 
 impl LinesOfSpeeds {
     /// How likely lines that move and lines that stay are, as logarithms.
-    fn likelihoods(&self) -> String {
+    #[must_use]
+    pub fn likelihoods(&self) -> String {
         format!(
             "log likelihood {} for lines that move with the speed, {} for lines that stay",
             signed(self.moving_log_likelihood, 1),

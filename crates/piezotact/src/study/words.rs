@@ -167,7 +167,12 @@ impl SpeedTrend {
                     )
                 })
                 .collect();
-            format!("{}: {}", period.conclusion(), peaks.join(", "))
+            format!(
+                "{}: {}; {}",
+                period.conclusion(),
+                peaks.join(", "),
+                period.lines.likelihoods()
+            )
         });
         let fit =
             fit.map(|fit| unless_confounded(confounders, fit.conclusion("rms", "speed", "speeds")));
