@@ -61,8 +61,8 @@ pub enum PeriodCriterion {
     /// Its level above the background at the speed where it is lowest: a line at a fixed frequency is high at one speed and would
     /// raise the mean.
     EverySpeed,
-    /// The number of speeds whose line is not found at the same frequency at the other speeds: lines that stay at their frequencies
-    /// are a machine's, whatever their ratios.
+    /// The logarithm of how much likelier lines that move with the speed are than lines that stay at their frequencies, as those of a
+    /// machine do whatever their ratios; no more than 0 where fewer than two speeds show it.
     Moves,
     /// The number of speeds at which a line that is no multiple of the candidate stands higher: it belongs to another period.
     Strongest,

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::spectra::{AROUND, Spectrum};
-use super::{HIGHEST_OF_MANY, PROMINENT_DB, PeriodCriterion, SCATTER_DB, SpeedPeak};
+use super::{HIGHEST_OF_MANY, LEAST_SPEEDS, PROMINENT_DB, PeriodCriterion, SCATTER_DB, SpeedPeak};
 use crate::criterion::{Criterion, Limit};
 
 /// What the lines at all speeds say of a candidate.
@@ -24,8 +24,11 @@ pub struct LinesOfSpeeds {
     pub stronger_hz: Vec<f64>,
 }
 
-/// A line stays, or moves, when that is so many times as likely as the other: ln 20.
-const DECIDED: f64 = 2.995_732_273_553_991;
+/// The line of one speed stays when that is 20 times as likely as that it moves, and moves when that is 3 times as likely: logarithms.
+const STAYS: f64 = 2.995_732_273_553_991;
+const MOVES: f64 = 1.098_612_288_668_109_8;
+/// Lines of all speeds together move when that is 100 times as likely, and those of two speeds or more do: logarithm.
+const ALL_MOVE: f64 = 4.605_170_185_988_092;
 /// The level of a line that stays differs so far between speeds, since the contact does, dB.
 const LINE_SPREAD_DB: f64 = 6.0;
 /// The level beside a line differs so far from noise of the same level everywhere, dB.
@@ -44,7 +47,8 @@ const HIGHEST: usize = 12;
 ///
 /// Formula: the height p of the line of speed i at the same frequency at speed j is N(p_i, s_i² + s_j² + 6²) dB where lines stay, and
 /// the highest of n values of noise, N(m_n·s_j, s_j² + 4²), or less, where they move; s = 5.57 dB/√(strokes), the scatter of a mean of log
-/// periodograms. A speed's line moves, or stays, where that is 20 times as likely.
+/// periodograms. Lines move where that is 100 times as likely over all speeds
+/// and 3 times at two of them or more; the line of a speed stays where that is 20 times as likely.
 ///
 /// Source: house rule; 5.57 dB is the standard deviation of the logarithm of a χ² with two degrees of freedom.
 pub(super) fn lines_of_speeds(
@@ -59,10 +63,10 @@ pub(super) fn lines_of_speeds(
         let (moving, fixed) = likelihoods(all, own, line_hz, wavenumber);
         found.moving_log_likelihood += moving;
         found.fixed_log_likelihood += fixed;
-        if moving >= fixed + DECIDED {
+        if moving >= fixed + MOVES {
             found.moving_speeds += 1;
         }
-        if fixed >= moving + DECIDED {
+        if fixed >= moving + STAYS {
             found.fixed_hz.push(line_hz);
         }
         found.stronger_hz.extend(stronger(all, own, wavenumber));
@@ -93,7 +97,7 @@ pub(super) fn moving_peak(all: &[Spectrum], own: &Spectrum, wavenumber: f64) -> 
 /// Whether a line of `own` stands at the same frequency at other speeds, and is no multiple of the candidate there.
 pub(super) fn stays(all: &[Spectrum], own: &Spectrum, line_hz: f64, wavenumber: f64) -> bool {
     let (moving, fixed) = likelihoods(all, own, line_hz, wavenumber);
-    fixed >= moving + DECIDED
+    fixed >= moving + STAYS
 }
 
 impl LinesOfSpeeds {
@@ -106,9 +110,12 @@ impl LinesOfSpeeds {
     /// What has to hold of them for a spatial period.
     pub(super) fn criteria(&self) -> [Criterion<PeriodCriterion>; 2] {
         let moves = Limit::AtLeast {
-            met: 2.0,
-            not_met: if self.all_stay() { 1.0 } else { f64::MIN },
+            met: ALL_MOVE,
+            not_met: if self.all_stay() { 0.0 } else { f64::MIN },
         };
+        // One speed whose line moves may be chance.
+        let several = self.moving_speeds >= LEAST_SPEEDS || self.all_stay();
+        let ratio = self.moving_log_likelihood - self.fixed_log_likelihood;
         let strongest = Limit::AtMost {
             met: 0.0,
             not_met: f64::MAX,
@@ -117,7 +124,7 @@ impl LinesOfSpeeds {
             Criterion::new(
                 PeriodCriterion::Moves,
                 "",
-                self.moving_speeds as f64,
+                if several { ratio } else { ratio.min(0.0) },
                 None,
                 moves,
             ),
