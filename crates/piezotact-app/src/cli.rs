@@ -24,6 +24,8 @@ pub(crate) use export::Export;
 pub(crate) use score::{Feeling, Score};
 pub(crate) use twin::DirectionName;
 
+use crate::deliver::Outputs;
+
 /// The open instrument for the sense of touch: measures the vibrations of a sliding finger, renders them on a
 /// vibrotactile device, and verifies how close the rendered vibrations are to the measured ones.
 #[derive(Debug, Parser)]
@@ -131,15 +133,8 @@ pub(crate) struct Computing {
     /// Your own sample set (TOML), in addition to the two built-in sets.
     #[arg(long, value_name = "SET.toml")]
     pub(crate) set: Option<PathBuf>,
-    /// Writes a tidy table, one row for each stroke.
-    #[arg(long, value_name = "TABLE.csv")]
-    pub(crate) csv: Option<PathBuf>,
-    /// Writes a report.
-    #[arg(long, value_name = "REPORT.html")]
-    pub(crate) report: Option<PathBuf>,
-    /// Prints the result as JSON.
-    #[arg(long)]
-    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) outputs: Outputs,
 }
 
 /// A high-pass, or none.

@@ -105,7 +105,7 @@ fn counts_are_withheld_in_text_json_and_report() {
         assert!(text.contains("Board2mm is in no unit"));
         assert!(!text.contains("distinguishable: Board") && !text.contains(" JND (95"));
     }
-    assert!(!html.contains("class=\"matrix\""));
+    assert!(!html.contains("Distances in just-noticeable differences"));
     let json = run(&["--json"]).json();
     assert_eq!(json["discrimination"]["withheld"], "not_an_acceleration");
     assert!(json["discrimination"].get("settings").is_none());

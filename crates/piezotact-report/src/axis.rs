@@ -10,6 +10,8 @@ pub(crate) trait Drawable {
     fn ranged(&self, marks: usize, room: f64, width: &dyn Fn(&str) -> f64) -> Ticked;
     /// The label of a tick at `place`.
     fn text(&self, place: f64) -> String;
+    /// The places of its own ticks within its range whose texts do not meet over `room`.
+    fn apart(&self, room: f64, width: &dyn Fn(&str) -> f64) -> Vec<f64>;
 }
 
 impl Drawable for Axis {
@@ -20,6 +22,7 @@ impl Drawable for Axis {
             low,
             high,
             ticks: match &self.scale {
+                _ if !self.ticks.is_empty() => Some(self.apart(room, width)),
                 Scale::Linear => (!has_steps(low, high)).then(|| vec![low, high]),
                 Scale::Names(names) => {
                     let needed: f64 = names.iter().map(|name| width(name) + width("m")).sum();
@@ -47,6 +50,26 @@ impl Drawable for Axis {
                 }
             }
         }
+    }
+
+    fn apart(&self, room: f64, width: &dyn Fn(&str) -> f64) -> Vec<f64> {
+        let (low, high) = (self.place(self.low), self.place(self.high));
+        let mut end = f64::MIN;
+        let places = self.ticks.iter().map(|tick| self.place(*tick));
+        let inside = places.filter(|place| *place >= low && *place <= high);
+        let apart = inside.filter(|place| {
+            if !room.is_finite() {
+                return true;
+            }
+            let middle = (place - low) / (high - low) * room;
+            let half = 0.5 * (width(&self.text(*place)) + width("n"));
+            let is_free = middle - half >= end;
+            if is_free {
+                end = middle + half;
+            }
+            is_free
+        });
+        apart.collect()
     }
 }
 

@@ -6,7 +6,7 @@ use plotters::prelude::*;
 use plotters::style::FontTransform;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use piezotact::figure::{Chart, Line, Mark, Scale, Weight};
+use piezotact::figure::{Chart, Line, MOST_POINTS, Mark, Scale, Weight, extremes};
 
 use crate::DrawError;
 use crate::alternative;
@@ -21,8 +21,6 @@ pub const WIDTH: u32 = Format::WIDE.width;
 pub const HEIGHT: u32 = 300;
 /// The figure is drawn this many times larger, since points fall on whole units.
 pub(crate) const FINE: u32 = 8;
-/// The largest number of points of a line in a wide figure; of longer lines only the extremes of every stretch are drawn.
-const MOST_POINTS: usize = 2400;
 /// What stays free around a chart.
 pub(crate) const EDGE: u32 = 4;
 /// The most numbers along the axis of y.
@@ -542,24 +540,6 @@ pub(crate) fn plot_failed<E: std::error::Error + Send + Sync>(
     DrawError::Drawing {
         reason: error.to_string(),
     }
-}
-
-/// A long line as the lowest and highest point of every stretch, which looks the same.
-fn extremes(points: Vec<(f64, f64)>, most: usize) -> Vec<(f64, f64)> {
-    if points.len() <= most {
-        return points;
-    }
-    let stretch = points.len().div_ceil(most / 2);
-    points
-        .chunks(stretch)
-        .flat_map(|chunk| {
-            let low = chunk.iter().copied().min_by(|a, b| a.1.total_cmp(&b.1));
-            let high = chunk.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1));
-            let mut both: Vec<(f64, f64)> = low.into_iter().chain(high).collect();
-            both.sort_by(|a, b| a.0.total_cmp(&b.0));
-            both
-        })
-        .collect()
 }
 
 #[cfg(test)]

@@ -21,7 +21,6 @@ pub mod rendering;
 pub mod report;
 pub mod spectrogram;
 mod stacked;
-pub mod touch;
 
 use piezotact::figure::{Chart, Drawn, Figure, Panels};
 

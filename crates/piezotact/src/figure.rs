@@ -299,7 +299,13 @@ pub struct Axis {
     pub high: f64,
     /// How it is divided.
     pub scale: Scale,
+    /// Where its ticks stand: at what was measured; round numbers where it is empty.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub ticks: Vec<f64>,
 }
+
+/// More ticks than this are round numbers.
+const MOST_TICKS: usize = 12;
 
 impl Axis {
     /// A linear axis from `low` to `high`.
@@ -310,7 +316,26 @@ impl Axis {
             low,
             high,
             scale: Scale::Linear,
+            ticks: Vec::new(),
         }
+    }
+
+    /// The same with ticks at `values`, each once with three digits; as it is where they are many.
+    #[must_use]
+    pub fn ticks_at(mut self, values: impl Iterator<Item = f64>) -> Self {
+        let mut ticks: Vec<f64> = values
+            .filter(|value| value.is_finite() && *value > 0.0)
+            .map(|value| {
+                let step = 10f64.powf(value.log10().floor() - 2.0);
+                (value / step).round() * step
+            })
+            .collect();
+        ticks.sort_by(f64::total_cmp);
+        ticks.dedup_by(|a, b| *a - *b < 1e-9 * a.abs());
+        if ticks.len() <= MOST_TICKS {
+            self.ticks = ticks;
+        }
+        self
     }
 
     /// A logarithmic axis from `low` to `high`, both above 0.
@@ -363,6 +388,7 @@ impl Axis {
             low,
             high,
             scale,
+            ticks: Vec::new(),
         }
     }
 
@@ -374,6 +400,28 @@ impl Axis {
             _ => value,
         }
     }
+}
+
+/// The largest number of points of a line in a wide figure.
+pub const MOST_POINTS: usize = 2400;
+
+/// A line of more than `most` points as the lowest and highest point of every stretch, which looks the same.
+#[must_use]
+pub fn extremes(points: Vec<(f64, f64)>, most: usize) -> Vec<(f64, f64)> {
+    if points.len() <= most {
+        return points;
+    }
+    let stretch = points.len().div_ceil(most / 2);
+    points
+        .chunks(stretch)
+        .flat_map(|chunk| {
+            let low = chunk.iter().copied().min_by(|a, b| a.1.total_cmp(&b.1));
+            let high = chunk.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1));
+            let mut both: Vec<(f64, f64)> = low.into_iter().chain(high).collect();
+            both.sort_by(|a, b| a.0.total_cmp(&b.0));
+            both
+        })
+        .collect()
 }
 
 /// The range of y that holds every line's points whose x lies between `low` and `high`, in whole steps of `step` and at most
@@ -618,6 +666,22 @@ mod tests {
         check(&[1.0, f64::NAN, 10.0], Scale::Logarithmic, (0.8, 12.5));
         check(&[], Scale::Linear, (0.1, 1.0));
         check(&[9.0, 10.0], Scale::Linear, (8.92, 10.08));
+    }
+
+    /// 7.5, 12.5 and 29.97 mm/s are what was measured; 1, 2, 5, 10 are not.
+    #[test]
+    fn ticks_stand_where_it_was_measured() {
+        let speeds = [29.97, 7.5, 30.01, 12.5];
+        let axis = Axis::around("speed, mm/s", Scale::Logarithmic, speeds.into_iter());
+        let ticks = axis.ticks_at(speeds.into_iter()).ticks;
+        assert_eq!(ticks.len(), 3);
+        let expected = ticks.iter().zip([7.5, 12.5, 30.0]);
+        assert!(
+            expected
+                .clone()
+                .all(|(found, value)| (found - value).abs() < 1e-9),
+            "{ticks:?}"
+        );
     }
 
     #[test]

@@ -5,7 +5,7 @@ use crate::known_cuts::{Kind, RATE_HZ, Random, recorded};
 use piezotact::compare::{CompareWarning, Mixed};
 use piezotact::discrimination::Model;
 use piezotact::document::Document;
-use piezotact::page::Cell;
+use piezotact::page::{Block, Cell, Shown as _};
 use piezotact::quantity::{Band, Hertz, Newtons, SampleRate, Unit};
 use piezotact::recording::{
     Channel, Condition, NotUsed, Provenance, Recording, RecordingWarning, Touch,
@@ -198,7 +198,10 @@ fn a_persons_cuts_are_applied_and_those_outside_are_reported() {
     });
     let take = taken(recorded);
     assert_eq!(take.segmentation.strokes[0].steady.start, 500);
-    assert!(take.cuts_text().ends_with("a.cuts"));
+    let page = CutsDocument::of(std::slice::from_ref(&take), &[]).page();
+    assert!(
+        matches!(&page.sections[0].blocks[0], Block::Conclusion { text, .. } if text.contains("with the cuts in a.cuts: 1 stroke as it states"))
+    );
     let warnings = raised::<RecordingWarning>(&take);
     assert!(
         warnings.iter().any(|warning| matches!(
@@ -330,7 +333,7 @@ fn recordings_that_differ_in_two_things_are_left_out_and_named() {
         ),
         "{left_out}"
     );
-    let said = study.warnings_in_words(&|warning| warning.to_string());
+    let said: Vec<String> = study.warnings().iter().map(ToString::to_string).collect();
     assert!(
         said.iter().any(|sentence| sentence.contains("c.csv")),
         "{said:?}"
@@ -342,7 +345,7 @@ fn recordings_that_differ_in_two_things_are_left_out_and_named() {
     let discrimination = study.discrimination.as_ref().unwrap();
     let found = discrimination.groups(0).unwrap();
     assert_eq!(found.names, ["S1", "S2"]);
-    assert!(study.lines().contains(&discrimination.line()));
+    assert!(study.conclusions().contains(&discrimination.line()));
 }
 
 #[test]
@@ -361,6 +364,11 @@ fn nothing_to_compare_names_what_recordings_differ_in() {
         }
     );
     assert!(refused.to_string().contains("(they differ in speed)"));
+    let alone = all([of("a", 2, by(touched("S1", 30.0), "P1"))]);
+    let refused = analyse(alone, &changes(Factor::Sample)).err().unwrap();
+    let recording = taken(of("a", 2, by(touched("S1", 30.0), "P1"))).name;
+    let by = Factor::Sample;
+    assert_eq!(refused, StudyError::OneRecording { by, recording });
 }
 
 #[test]
@@ -429,7 +437,7 @@ fn a_report_has_what_is_not_asked_as_well() {
     let study = analyse(takes(), &changes(Factor::Touch)).unwrap();
     assert!(
         study
-            .lines()
+            .conclusions()
             .iter()
             .any(|line| line.starts_with("S1: active and passive PSDs"))
     );
@@ -476,7 +484,7 @@ fn a_study_is_handed_out_as_a_document() {
     assert_eq!(few.count(), 1);
 
     let takes = people(&["P1"]);
-    let cut = serde_json::to_value(Document::of(&CutsDocument::of(&takes))).unwrap();
+    let cut = serde_json::to_value(Document::of(&CutsDocument::of(&takes, &[]))).unwrap();
     assert_eq!(cut["schema"], "segmentation");
     let strokes = cut["recordings"][0]["cuts"].as_array().unwrap();
     let stroke = &takes[0].segmentation.strokes[0];

@@ -4,10 +4,9 @@ use super::trends::LEAST_CHANGE;
 use super::{
     ActivePassive, CommonLine, Contacts, ContrastUnit, DirectionContrast, DirectionDifference,
     DirectionTrend, FrictionChange, LevelSpread, LineOrigin, LinesOfSpeeds, LoadTrend,
-    PeriodCriterion, PeriodUnit, SpatialPeriod, Summary, unless_confounded,
+    PeriodCriterion, PeriodUnit, SpatialPeriod, unless_confounded,
 };
 use crate::criterion::Outcome;
-use crate::feature::Statistics;
 use crate::number::{counted, digits, p_text, plus, signed};
 use crate::statistics::{Direction, LogFit, RankCorrelation};
 
@@ -315,58 +314,5 @@ impl DirectionContrast {
                 counted(self.units, units)
             ),
         }
-    }
-}
-
-impl Summary {
-    /// The group in one line: its strokes, and mean ± standard deviation over them with units.
-    #[must_use]
-    pub fn line(&self) -> String {
-        let several = self.strokes > 1;
-        let spread = |s: Statistics, decimals: fn(f64) -> String| {
-            // What was stated for all strokes has no spread.
-            if several && s.sd > 0.0 {
-                format!("{} ± {}", decimals(s.mean), decimals(s.sd))
-            } else {
-                decimals(s.mean)
-            }
-        };
-        let mut text = format!(
-            "{}: {} stroke{}, rms {} {}",
-            self.name,
-            self.strokes,
-            if several { "s" } else { "" },
-            spread(self.rms, digits),
-            if self.unit.symbol() == "no unit" {
-                "(no unit)"
-            } else {
-                self.unit.symbol()
-            },
-        );
-        if let Some(friction) = self.friction_coefficient {
-            text += &format!(
-                ", friction coefficient {}",
-                spread(friction, |v| format!("{v:.3}"))
-            );
-        }
-        if let Some(force) = self.normal_force_n {
-            text += &format!(", normal force {:.3} N", force.mean);
-        }
-        if let Some(speed) = self.speed_m_s {
-            text += &format!(", speed {:.1} mm/s", speed.mean * 1e3);
-        }
-        text += &format!(", centroid {} Hz", digits(self.centroid_hz.mean));
-        // The strongest line of noise, or the slope of a line outside the band, is no peak.
-        if let Some(highest) = self.peaks.first() {
-            text += &format!(", highest peak at {} Hz", digits(highest.frequency_hz));
-        }
-        if let Some(found_hz) = self.fingerprint.and_then(|f| f.found_hz) {
-            text += &format!(", fingerprint frequency {} Hz", digits(found_hz));
-        }
-        if !self.machine_lines_hz.is_empty() {
-            let lines: Vec<String> = self.machine_lines_hz.iter().map(|hz| digits(*hz)).collect();
-            text += &format!(", machine lines at {} Hz", lines.join(", "));
-        }
-        text
     }
 }

@@ -4,7 +4,7 @@
 use super::contact::Force;
 use super::frames::quantile;
 use crate::clipping::flat_top_fraction;
-use crate::number::{counted, rounded};
+use crate::number::{counted, rounded, signed};
 use crate::statistics::mean;
 use crate::warning::Warning;
 use serde::{Deserialize, Serialize};
@@ -76,8 +76,10 @@ pub enum ForceFault {
     ZeroUnknown,
     /// The zero of a force cell drifts.
     #[error(
-        "the zero of the normal force drifts between {from_n:.3} and {to_n:.3} N (a contact needs {threshold_n} N): contacts are found above the \
+        "the zero of the normal force drifts between {from_n} and {to_n} N (a contact needs {threshold_n} N): contacts are found above the \
             drifting zero",
+        from_n = signed(*from_n, 3),
+        to_n = signed(*to_n, 3),
         threshold_n = rounded(*threshold_n)
     )]
     ZeroDrifts {

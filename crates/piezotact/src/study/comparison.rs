@@ -138,14 +138,18 @@ impl Comparison {
     }
 
     /// What the change leaves open.
-    pub fn own_warnings(&self) -> impl Iterator<Item = &Warning> {
-        let of_trend: &[Warning] = match &self.trend {
+    fn own_warnings(&self) -> impl Iterator<Item = &Warning> {
+        self.trend_warnings().iter().chain(&self.warnings)
+    }
+
+    /// What the trend leaves open.
+    pub(super) fn trend_warnings(&self) -> &[Warning] {
+        match &self.trend {
             Trend::Speeds(trend) => trend.period.as_ref().map_or(&[], |period| &period.warnings),
             Trend::Loads(trend) => &trend.warnings,
             Trend::Directions(trend) => &trend.warnings,
             Trend::Samples(_) | Trend::Participants { .. } | Trend::Touch {} => &[],
-        };
-        of_trend.iter().chain(&self.warnings)
+        }
     }
 }
 
@@ -263,6 +267,12 @@ impl Grouping<'_> {
 
     /// As [`Self::across`], where there is something to compare and all groups of a comparison have one unit.
     pub(super) fn required_across(&self, by: Factor) -> Result<Across, StudyError> {
+        if let [only] = self.takes {
+            return Err(StudyError::OneRecording {
+                by,
+                recording: only.name.clone(),
+            });
+        }
         let across = self.across(by)?;
         if across.comparisons.is_empty() {
             return Err(StudyError::NothingToCompare {

@@ -26,6 +26,9 @@ pub struct CutsDocument<'a> {
     /// The files that could not be read or cut; absent without any.
     #[serde(skip_serializing_if = "<[FailedFile]>::is_empty")]
     pub failed: &'a [FailedFile],
+    /// What its report shows.
+    #[serde(skip)]
+    pub(super) takes: &'a [AnalysedRecording],
 }
 
 impl Content for CutsDocument<'_> {
@@ -108,16 +111,17 @@ pub struct RejectEntry<'a> {
 }
 
 impl<'a> CutsDocument<'a> {
-    /// The strokes and rejects of `takes`, with times in s.
+    /// The strokes and rejects of `takes`, with times in s, and the files that `failed`.
     #[must_use]
-    pub fn of(takes: &'a [AnalysedRecording]) -> Self {
+    pub fn of(takes: &'a [AnalysedRecording], failed: &'a [FailedFile]) -> Self {
         let recordings = takes.iter().map(|take| RecordingEntry {
             cuts: Some(StrokeEntry::all(take)),
             ..RecordingEntry::of(take)
         });
         Self {
             recordings: recordings.collect(),
-            failed: &[],
+            failed,
+            takes,
         }
     }
 }
@@ -182,6 +186,9 @@ pub struct AnalysisDocument<'a> {
     /// The files that could not be read or cut; absent without any.
     #[serde(skip_serializing_if = "<[FailedFile]>::is_empty")]
     pub failed: &'a [FailedFile],
+    /// What its report shows.
+    #[serde(skip)]
+    pub(super) study: &'a StudyAnalysis,
 }
 
 impl Content for AnalysisDocument<'_> {
@@ -204,6 +211,7 @@ impl<'a> AnalysisDocument<'a> {
         });
         let groups = study.groups.iter();
         Self {
+            study,
             by: study.by,
             recordings: recordings.collect(),
             failed: &study.failed,
@@ -238,6 +246,9 @@ pub struct ComparisonDocument<'a> {
     /// The files that could not be read or cut; absent without any.
     #[serde(skip_serializing_if = "<[FailedFile]>::is_empty")]
     pub failed: &'a [FailedFile],
+    /// What its report shows.
+    #[serde(skip)]
+    pub(super) study: &'a StudyAnalysis,
 }
 
 impl Content for ComparisonDocument<'_> {
@@ -286,6 +297,7 @@ impl<'a> ComparisonDocument<'a> {
             .as_ref()
             .filter(|_| study.by == Factor::Touch);
         Self {
+            study,
             failed: &study.failed,
             by: study.by,
             common_lines: &study.common_lines,

@@ -60,8 +60,13 @@ pub enum StudyError {
     )]
     Copy { one: String, other: String },
     /// A recording does not say what recordings are grouped by.
-    #[error("expected {} for every recording, found none for {recording}; state it in the file beside the recording", by.noun())]
+    #[error("expected {} for every recording, found none for {recording}", by.noun())]
     Unknown { by: Factor, recording: String },
+    /// One recording cannot be compared.
+    #[error(
+        "expected two or more recordings that differ in {by}, found only {recording}; give the others too"
+    )]
+    OneRecording { by: Factor, recording: String },
     /// There are no recordings that differ in what is compared and agree in all else.
     #[error(
         "expected recordings that differ in {by} and agree in all else, found none{}{}; give more recordings, or state more of their conditions",

@@ -7,6 +7,7 @@ mod comparison;
 mod document;
 mod error;
 mod grouping;
+mod page;
 mod table;
 mod take;
 mod words;
@@ -22,7 +23,6 @@ pub use error::{NoStrokes, StudyError};
 pub use grouping::{Factor, Group};
 pub use table::{EVENT_NAMES, cuts_table, events_table, strokes_table};
 pub use take::{AnalysedRecording, Naming, Recorded, Stated, cut};
-pub use words::warnings_in_words;
 
 use crate::checksum::Checksum;
 use crate::compare::{CommonLine, DirectionContrast};
@@ -140,7 +140,7 @@ pub struct Example {
 ///
 /// # Errors
 /// [`StudyError::NoStrokes`] where no recording has one; [`StudyError::Unknown`] where a recording does not say what is grouped
-/// by; [`StudyError::NothingToCompare`] where nothing differs in what is asked and shares all else; those of features and of
+/// by; [`StudyError::OneRecording`] where one is compared; [`StudyError::NothingToCompare`] where nothing differs in what is asked and shares all else; those of features and of
 /// [`crate::compare`].
 pub fn analyse(
     takes: Vec<AnalysedRecording>,
@@ -357,7 +357,9 @@ fn warnings_of(takes: &[AnalysedRecording], groups: &[Group]) -> Vec<Merged> {
     let of_groups = groups
         .iter()
         .flat_map(|group| group.summary.warnings.iter().map(|warning| (None, warning)));
-    merged_of(of_takes.chain(of_groups))
+    let all = merged_of(of_takes.chain(of_groups)).into_iter();
+    all.map(|warning| warning.of_all((takes.len(), "recordings")))
+        .collect()
 }
 
 impl StudyAnalysis {

@@ -1,4 +1,4 @@
-//! A study in words: lines of text and the sentences of its warnings.
+//! A study in words: its conclusions, and its warnings.
 
 use super::{
     AnalysedRecording, BothWays, Comparison, Discrimination, Group, SampleTrend, SpeedTrend,
@@ -13,44 +13,6 @@ use crate::stroke::{Judging, Rule};
 use crate::warning::{Merged, Warning, merged_of};
 
 impl AnalysedRecording {
-    /// Its strokes and rejects, one a line, with times in s.
-    #[must_use]
-    pub fn cuts_text(&self) -> String {
-        let segmentation = &self.segmentation;
-        let mut text = format!(
-            "{}: {} stroke{}, {} rejected",
-            self.name,
-            segmentation.strokes.len(),
-            if segmentation.strokes.len() == 1 {
-                ""
-            } else {
-                "s"
-            },
-            segmentation.rejected.len()
-        );
-        for stroke in &segmentation.strokes {
-            let (from, to) = (
-                self.seconds(stroke.steady.start),
-                self.seconds(stroke.steady.end),
-            );
-            text += &format!(
-                "\n  stroke    {from:9.3} – {to:9.3} s  ({:.3} s)",
-                to - from
-            );
-        }
-        for rejected in &segmentation.rejected {
-            let (from, to) = (
-                self.seconds(rejected.interval.start),
-                self.seconds(rejected.interval.end),
-            );
-            text += &format!("\n  rejected  {from:9.3} – {to:9.3} s  {}", rejected.reason);
-        }
-        if let Some(file) = &segmentation.cuts {
-            text += &format!("\n  with the cuts in {file}");
-        }
-        text
-    }
-
     /// How its features were computed, as it can be written into a paper; `None` before it is analysed.
     #[must_use]
     pub fn features_text(&self) -> Option<String> {
@@ -214,18 +176,16 @@ impl Comparison {
         }
     }
 
-    /// What is said of it: its setting, a line for each group, what changes, and of samples which are distinguishable.
-    #[must_use]
-    pub fn text(&self, groups: Option<&Groups>) -> String {
-        let mut lines = Vec::new();
-        if !self.setting.is_empty() {
-            lines.push(format!("{}:", self.setting));
-        }
-        lines.extend(self.groups.iter().map(|group| group.summary.line()));
-        lines.extend(self.trend_lines());
+    /// What is concluded of it, each with its setting: what changes, and of samples which are distinguishable.
+    fn conclusions(&self, groups: Option<&Groups>) -> Vec<String> {
         let sentences = groups.into_iter().flat_map(Groups::sentences);
-        lines.extend(sentences.map(|line| unless_confounded(&self.confounders, line)));
-        lines.join("\n")
+        let sentences = sentences.map(|line| unless_confounded(&self.confounders, line));
+        let all = self.trend_lines().into_iter().chain(sentences);
+        all.map(|line| match self.setting.as_str() {
+            "" => line,
+            setting => format!("{setting}: {line}"),
+        })
+        .collect()
     }
 }
 
@@ -237,53 +197,37 @@ impl BothWays {
     }
 }
 
-/// The sentences of all warnings about `takes`, with `words` for a warning: those of one kind once, and of whom.
-///
-/// Source: house rule; docs/decisions/house.md.
-#[must_use]
-pub fn warnings_in_words(
-    takes: &[AnalysedRecording],
-    words: &dyn Fn(&Warning) -> String,
-) -> Vec<String> {
-    sentences(takes, &super::warnings_of(takes, &[]), words)
-}
-
-fn sentences(
-    takes: &[AnalysedRecording],
-    warnings: &[Merged],
-    words: &dyn Fn(&Warning) -> String,
-) -> Vec<String> {
-    let recordings = (takes.len(), "recordings");
-    let sentences = warnings
-        .iter()
-        .map(|warning| warning.text_of(recordings, words));
-    sentences.collect()
-}
+/// Up to so many groups are said one by one how they are felt; a table holds those of more.
+pub(super) const GROUPS_FELT: usize = 8;
 
 impl Group {
-    /// What its strokes say, and how it is felt, line by line.
-    fn lines(&self) -> Vec<String> {
-        let duplex = self.duplex.map(|duplex| format!("  texture: {duplex}"));
+    /// How it is felt.
+    fn felt(&self) -> Option<String> {
+        let duplex = self.duplex.map(|duplex| format!("texture {duplex}"));
         let receptors = &self.summary.receptors;
         let levels: Vec<String> = receptors.iter().map(ToString::to_string).collect();
-        let receptors = (!levels.is_empty()).then(|| format!("  receptors: {}", levels.join("; ")));
-        let line = Some(self.summary.line());
-        [line, duplex, receptors].into_iter().flatten().collect()
+        let receptors = (!levels.is_empty()).then(|| levels.join("; "));
+        let all: Vec<String> = [duplex, receptors].into_iter().flatten().collect();
+        (!all.is_empty()).then(|| format!("{}: {}", self.summary.name, all.join("; ")))
     }
 }
 
 impl StudyAnalysis {
-    /// What is asked, line by line.
+    /// What is concluded of what is asked, one sentence each.
     #[must_use]
-    pub fn lines(&self) -> Vec<String> {
+    pub fn conclusions(&self) -> Vec<String> {
+        let common = self.common_lines.iter().map(CommonLine::conclusion);
         let Some(asked) = &self.asked else {
-            return self.groups.iter().flat_map(Group::lines).collect();
+            let few = self.groups.len() <= GROUPS_FELT;
+            let felt = self.groups.iter().filter(|_| few).filter_map(Group::felt);
+            return felt.chain(common).collect();
         };
         let discrimination = self.discrimination.as_ref();
         let numbered = asked.comparisons.iter().enumerate();
         let mut lines: Vec<String> = numbered
-            .map(|(number, comparison)| {
-                comparison.text(discrimination.and_then(|found| found.groups(number)))
+            .flat_map(|(number, comparison)| {
+                let groups = discrimination.and_then(|found| found.groups(number));
+                comparison.conclusions(groups)
             })
             .collect();
         lines.extend(discrimination.map(Discrimination::line));
@@ -291,97 +235,41 @@ impl StudyAnalysis {
         if asked.by == super::Factor::Touch {
             lines.extend(self.both_ways.iter().flat_map(BothWays::lines));
         }
-        lines.extend(self.common_lines.iter().map(CommonLine::conclusion));
+        lines.extend(common);
         lines
     }
 
-    /// The sentences of all warnings about what is asked, with `words` for a warning: those of one kind once, and of whom.
+    /// All warnings about what is asked, and about what changes beside it: those of one kind once, and of whom.
     #[must_use]
-    pub fn warnings_in_words(&self, words: &dyn Fn(&Warning) -> String) -> Vec<String> {
+    pub fn warnings(&self) -> Vec<Merged> {
         let groups = match self.asked {
             Some(_) => &[][..],
             None => &self.groups,
         };
-        let mut all = sentences(&self.takes, &super::warnings_of(&self.takes, groups), words);
+        let mut all = super::warnings_of(&self.takes, groups);
         let comparisons = self.comparisons();
-        let warnings: Vec<(Option<&str>, Vec<Warning>)> = comparisons
-            .iter()
-            .enumerate()
-            .map(|(number, comparison)| {
-                let setting = Some(comparison.setting.as_str());
-                (
-                    setting.filter(|setting| !setting.is_empty()),
-                    self.warnings_of_comparison(number),
-                )
+        let mut found: Vec<(&str, Vec<Warning>)> = (0..comparisons.len())
+            .map(|number| {
+                let setting = comparisons[number].setting.as_str();
+                (setting, self.warnings_of_comparison(number))
             })
             .collect();
-        let warnings = warnings
-            .iter()
-            .flat_map(|(setting, warnings)| warnings.iter().map(|warning| (*setting, warning)));
-        let settings = (comparisons.len(), "settings");
-        let warnings = merged_of(warnings);
-        all.extend(
-            warnings
-                .iter()
-                .map(|warning| warning.text_of(settings, words)),
-        );
-        let discrimination = self.discrimination.iter();
-        all.extend(discrimination.flat_map(|found| found.warnings().map(words)));
-        all
-    }
-
-    /// The sentences of all warnings that a report shows, with `words` for a warning.
-    #[must_use]
-    pub fn warnings_of_report(&self, words: &dyn Fn(&Warning) -> String) -> Vec<String> {
-        let of_groups = super::warnings_of(&self.takes, &self.groups);
-        let mut all = sentences(&self.takes, &of_groups, words);
-        all.extend(self.warnings_of_speeds(words));
-        all.extend(self.confounded(words));
-        all.extend(self.left_out.iter().map(words));
-        let discrimination = self.discrimination.iter();
-        all.extend(discrimination.flat_map(|found| found.warnings().map(words)));
-        all
-    }
-
-    /// What else differs between the groups of what is asked, setting by setting.
-    fn confounded(&self, words: &dyn Fn(&Warning) -> String) -> Vec<String> {
-        let comparisons = self.comparisons().iter();
-        let warnings: Vec<(Option<&str>, &Warning)> = comparisons
-            .flat_map(|comparison| {
-                let setting = Some(comparison.setting.as_str()).filter(|s| !s.is_empty());
-                comparison
-                    .warnings
-                    .iter()
-                    .map(move |warning| (setting, warning))
-            })
-            .collect();
-        let settings = (self.comparisons().len(), "settings");
-        let warnings = merged_of(warnings);
-        warnings
-            .iter()
-            .map(|warning| warning.text_of(settings, words))
-            .collect()
-    }
-
-    /// What spatial periods leave open, setting by setting.
-    fn warnings_of_speeds(&self, words: &dyn Fn(&Warning) -> String) -> Vec<String> {
-        let across_speeds = self.across(super::Factor::Speed);
-        let warnings = across_speeds.iter().flat_map(|comparison| {
-            let setting = match comparison.setting.as_str() {
-                "" => "across speeds",
-                setting => setting,
-            };
-            let period = match &comparison.trend {
-                Trend::Speeds(trend) => trend.period.as_ref(),
-                _ => None,
-            };
-            let found = period.into_iter().flat_map(|period| &period.warnings);
-            found.map(move |warning| (Some(setting), warning))
+        for across in &self.beside {
+            found.extend(across.comparisons.iter().map(|comparison| {
+                let setting = comparison.setting.as_str();
+                (setting, comparison.trend_warnings().to_vec())
+            }));
+        }
+        let named = found.iter().flat_map(|(setting, warnings)| {
+            let setting = Some(*setting).filter(|setting| !setting.is_empty());
+            warnings.iter().map(move |warning| (setting, warning))
         });
-        let settings = (across_speeds.len(), "settings");
-        merged_of(warnings)
-            .iter()
-            .map(|warning| warning.text_of(settings, words))
-            .collect()
+        let settings = (comparisons.len(), "settings");
+        let of_settings = merged_of(named).into_iter();
+        all.extend(of_settings.map(|warning| warning.of_all(settings)));
+        let discrimination = self.discrimination.iter();
+        let of_pairs = discrimination.flat_map(Discrimination::warnings);
+        all.extend(merged_of(of_pairs.map(|warning| (None, warning))));
+        all
     }
 }

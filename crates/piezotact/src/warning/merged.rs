@@ -126,13 +126,22 @@ pub fn merged_of<'a>(
             kinds.len() - 1
         });
         let one = &mut kinds[place].1;
-        one.warning.seen += warning.seen;
+        let seen = one.warning.seen + warning.seen;
         let subject = SUBJECTS
             .iter()
             .find_map(|name| warning.fields.get(*name)?.as_str());
+        let is_worse = shortfall(warning) > shortfall(&one.warning);
+        if is_worse {
+            one.warning = warning.clone();
+        }
+        one.warning.seen = seen;
         for (new, known) in [(name, &mut one.about), (subject, &mut one.subjects)] {
             let new = new.map(str::to_owned);
             known.extend(new.filter(|new| !known.contains(new)));
+        }
+        if let (true, Some(subject)) = (is_worse, subject) {
+            // The sentence is about this one; the others are listed after it.
+            one.subjects.sort_by_key(|known| known != subject);
         }
         for (field, value) in &warning.fields {
             let Some(value) = value.as_f64() else {
@@ -160,8 +169,37 @@ pub fn merged_of<'a>(
     merged
 }
 
+/// By how much less was found than recommended; 0 for warnings about other things.
+fn shortfall(warning: &Warning) -> f64 {
+    let number = |name: &str| warning.fields.get(name).and_then(Value::as_f64);
+    match (number("found"), number("recommended")) {
+        (Some(found), Some(recommended)) => (recommended - found).max(0.0),
+        _ => 0.0,
+    }
+}
+
+/// `value` with three digits of its numbers: what differs by less is the same to a person.
+fn coarse(value: &Value) -> Value {
+    match value {
+        Value::Number(number) => match number.as_f64() {
+            Some(value) => Value::String(format!("{value:.2e}")),
+            None => Value::Null,
+        },
+        Value::Array(parts) => parts.iter().map(coarse).collect(),
+        Value::Object(fields) => {
+            let fields = fields.iter();
+            Value::Object(
+                fields
+                    .map(|(name, value)| (name.clone(), coarse(value)))
+                    .collect(),
+            )
+        }
+        other => other.clone(),
+    }
+}
+
 /// The properties that must be equal for two warnings to be merged: the code, and the fields, `None` for one that may differ.
-type Kind<'a> = (&'a str, Vec<(&'a str, Option<&'a Value>)>);
+type Kind<'a> = (&'a str, Vec<(&'a str, Option<Value>)>);
 
 fn kind_of(warning: &Warning) -> Kind<'_> {
     let fields = warning.fields.iter().map(|(name, value)| {
@@ -181,7 +219,7 @@ fn kind_of(warning: &Warning) -> Kind<'_> {
             }
             Value::Null | Value::Bool(_) => false,
         };
-        (name.as_str(), (!differs).then_some(value))
+        (name.as_str(), (!differs).then(|| coarse(value)))
     });
     (&warning.code, fields.collect())
 }
@@ -196,18 +234,13 @@ impl Merged {
         }
     }
 
-    /// As [`Self::text_with`], with the number of recordings (or of `called`, in the plural) that could be concerned: says
-    /// whether all of them are, or which.
+    /// The same, about all `all` of the recordings (or of `called`, in the plural) where it is about more than three and all of them.
     #[must_use]
-    pub fn text_of(
-        &self,
-        (all, called): (usize, &str),
-        words: &dyn Fn(&Warning) -> String,
-    ) -> String {
+    pub fn of_all(mut self, (all, called): (usize, &str)) -> Self {
         if all > NAMED && self.about.len() == all {
-            return format!("all {all} {called}: {}", self.sentence(words));
+            self.about = vec![format!("all {all} {called}")];
         }
-        self.text_with(words)
+        self
     }
 
     fn sentence(&self, words: &dyn Fn(&Warning) -> String) -> String {
@@ -310,9 +343,9 @@ fn digits(value: f64) -> String {
         value.abs().log10().floor()
     };
     if !(-4.0..6.0).contains(&before) {
-        return format!("{value:.2e}");
+        return format!("{value:.2e}").replace('-', "−");
     }
-    let text = format!("{value:.*}", (2.0 - before).max(0.0) as usize);
+    let text = format!("{value:.*}", (2.0 - before).max(0.0) as usize).replace('-', "−");
     match text.split_once('.') {
         Some(_) => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
         None => text,
@@ -345,7 +378,7 @@ mod tests {
             (told.len(), told[0].warning.seen, told[0].about.len()),
             (1, 50, 50)
         );
-        let text = told[0].text_of((50, "recordings"), &Warning::to_string);
+        let text = told[0].clone().of_all((50, "recordings")).to_string();
         assert!(
             text.starts_with("all 50 recordings: 20 % of the texture's power"),
             "{text}"
@@ -361,6 +394,13 @@ mod tests {
             Warning::from(RenderWarning::PowerOutsideBand { share: 0.2, band }),
         ];
         assert_eq!(merged(&other).len(), 2);
+        // A band that differs in its fifth digit is the same.
+        let band = Band::new(Hertz(20.0), Hertz(500.04)).unwrap();
+        let same = [
+            outside(0.2),
+            Warning::from(RenderWarning::PowerOutsideBand { share: 0.2, band }),
+        ];
+        assert_eq!(merged(&same).len(), 1);
     }
 
     /// Every file is counted, whatever else gives a warning of it: of 20 files with two warnings each, both are about all 20.
@@ -379,7 +419,9 @@ mod tests {
         for one in merged_of(all) {
             assert_eq!(one.about.len(), 20);
             assert!(
-                one.text_of((20, "recordings"), &Warning::to_string)
+                one.clone()
+                    .of_all((20, "recordings"))
+                    .to_string()
                     .starts_with("all 20 recordings: ")
             );
             assert!(one.to_string().starts_with("0.vav, 1.vav and 18 more: "));
@@ -387,7 +429,10 @@ mod tests {
         let two = names[..2]
             .iter()
             .map(|name| (Some(name.as_str()), &both[1]));
-        let text = merged_of(two)[0].text_of((20, "recordings"), &Warning::to_string);
+        let text = merged_of(two)[0]
+            .clone()
+            .of_all((20, "recordings"))
+            .to_string();
         assert!(
             text.starts_with("0.vav and 1.vav: the finger never leaves"),
             "{text}"
@@ -417,6 +462,14 @@ mod tests {
             text[0].starts_with("S1: only 3 strokes, 15 or more are recommended")
                 && text[0].ends_with("(likewise S2 and S3; 3 of this kind: found 3 to 5)"),
             "{text:?}"
+        );
+        // The sentence is that of the worst, and what it is about stands first.
+        let worst = merged(&[few("S1", 3), few("S2", 1), few("S3", 2)]);
+        let text = worst[0].to_string();
+        assert!(
+            text.starts_with("S2: only 1 stroke, 15 or more are recommended")
+                && text.ends_with("(likewise S1 and S3; 3 of this kind: found 1 to 3)"),
+            "{text}"
         );
         let guessed = |what: &str| Warning::from(RecordingWarning::Guessed { what: what.into() });
         assert_eq!(merged(&[guessed("a"), guessed("b"), guessed("a")]).len(), 2);

@@ -1,48 +1,15 @@
-//! `piezotact strokes --cuts-only`: recordings cut into strokes.
+//! The file of cuts that a person can edit: written, and never replaced.
 
 use std::path::Path;
 
 use anyhow::anyhow;
-use piezotact::study::{AnalysedRecording, CutsDocument, cuts_table};
-use piezotact::warning::merged;
+use piezotact::study::AnalysedRecording;
 use piezotact_dataset::{cuts_text, keep_as_it_is, recording_checksum};
-use piezotact_report::touch;
 
-use super::{check_outputs, take_all, write_table, wrote};
-use crate::advice::{OptionWords, merged_text};
+use super::check_outputs;
 use crate::cli::Strokes;
 use crate::failure::{Failure, Outcome, usage};
-use crate::invocation::write_report;
-use crate::output::{print, print_document, say, write_text};
-
-pub(super) fn run(args: &Strokes) -> Outcome {
-    let computing = &args.computing;
-    let (takes, failures) = take_all(&args.takes)?;
-    write(args, &takes)?;
-    write_table(computing.csv.as_deref(), &cuts_table(&takes))?;
-    if let Some(path) = &computing.report {
-        write_report(path, &touch::cuts(&takes, failures.files(), &OptionWords)?)?;
-    }
-    if computing.json {
-        print_document(&CutsDocument {
-            failed: failures.files(),
-            ..CutsDocument::of(&takes)
-        })?;
-        return failures.outcome();
-    }
-    for take in &takes {
-        for warning in merged(&take.warnings()) {
-            say(&format!(
-                "warning: {}: {}",
-                take.name,
-                merged_text(&warning)
-            ));
-        }
-        print(&take.cuts_text())?;
-    }
-    wrote(&[&args.write_cuts, &computing.csv, &computing.report])?;
-    failures.outcome()
-}
+use crate::output::write_text;
 
 /// Writes the cuts of a recording as a file, where one is asked for.
 pub(super) fn write(args: &Strokes, takes: &[AnalysedRecording]) -> Outcome {
@@ -62,11 +29,9 @@ pub(super) fn check(args: &Strokes) -> Outcome {
             args.takes.recordings.len()
         )));
     }
-    let computing = &args.computing;
-    check_outputs(
-        &args.takes,
-        &[&args.write_cuts, &computing.csv, &computing.report],
-    )
+    let mut written = args.computing.outputs.files();
+    written.extend(args.write_cuts.as_deref());
+    check_outputs(&args.takes, &written)
 }
 
 /// Writes cuts, which replace no others, asked for or not: a person may have edited them.

@@ -8,27 +8,24 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
-use piezotact::page::Table;
 use piezotact::quantity::{Measure, Newtons, Unit};
 use piezotact::recording::{Condition, SlidingDirection, Touch};
 use piezotact::stroke::Judging;
 use piezotact::study::{
     self, AnalysedRecording, Breadth, Factor, Gesture, Question, Recorded, Stated, StudyAnalysis,
-    StudyError, StudySettings, strokes_table,
+    StudyError, StudySettings,
 };
 use piezotact::surface::SampleSet;
 use piezotact_dataset::reads::is_there;
 use piezotact_dataset::{
     cuts_path, known_naming, known_sample_sets, read_cuts_of, read_sample_set,
 };
-use piezotact_report::{report, touch};
 
-use crate::advice::{OptionWords, text};
+use crate::advice::{merged_text, text};
 use crate::cli::{self, Computing, DirectionName, Takes, TouchName};
 use crate::failure::{Failure, Failures, Outcome, usage};
-use crate::invocation::write_report;
 use crate::memory::fits;
-use crate::output::{print, say, write_text};
+use crate::output::say;
 use crate::places::{outputs, place};
 use crate::progress::{Words, Work};
 use crate::reading::read;
@@ -73,11 +70,10 @@ const ANALYSING: Words = Words {
 };
 
 /// Refuses outputs that would replace what is read, or each other.
-fn check_outputs(takes: &Takes, written: &[&Option<PathBuf>]) -> Outcome {
+fn check_outputs(takes: &Takes, written: &[&Path]) -> Outcome {
     let mut read: Vec<&Path> = takes.recordings.iter().map(PathBuf::as_path).collect();
     read.extend(takes.cuts.as_deref());
-    let written: Vec<&Path> = written.iter().filter_map(|path| path.as_deref()).collect();
-    outputs(&read, &written)
+    outputs(&read, written)
 }
 
 /// Reads and cuts every recording; one that fails does not stop the others.
@@ -180,7 +176,7 @@ fn settings(computing: &Computing, question: Question) -> Outcome<StudySettings>
         sets: sample_sets(computing)?,
         ridge_m: ridge_m(computing.ridge.as_ref())?,
         question,
-        breadth: match computing.report {
+        breadth: match computing.outputs.report {
             Some(_) => Breadth::Report,
             None => Breadth::Question,
         },
@@ -203,44 +199,6 @@ fn analysed(
     Ok(study)
 }
 
-/// Writes the table and the report that are asked for, and prints the study: its document, or its warnings and lines.
-fn shown(
-    study: &StudyAnalysis,
-    computing: &Computing,
-    document: impl FnOnce() -> Outcome,
-) -> Outcome {
-    write_table(computing.csv.as_deref(), &strokes_table(&study.takes))?;
-    if let Some(path) = &computing.report {
-        write_report(path, &touch::html(study, &OptionWords)?)?;
-    }
-    if computing.json {
-        return document();
-    }
-    for warning in study.warnings_in_words(&text) {
-        say(&format!("warning: {warning}"));
-    }
-    for line in study.lines() {
-        print(&line)?;
-    }
-    wrote(&[&computing.csv, &computing.report])
-}
-
-/// Writes `table` to `path`, where one is given.
-fn write_table(path: Option<&Path>, table: &Table) -> Outcome {
-    match path {
-        Some(path) => write_text(path, &report::csv(table)?),
-        None => Ok(()),
-    }
-}
-
-/// Says which files were written.
-fn wrote(paths: &[&Option<PathBuf>]) -> Outcome {
-    for path in paths.iter().filter_map(|path| path.as_ref()) {
-        print(&format!("wrote {}", path.display()))?;
-    }
-    Ok(())
-}
-
 /// An error of a study as one of usage or of data, with the options that help.
 fn failed(error: StudyError) -> Failure {
     let sentence = error.to_string();
@@ -248,8 +206,9 @@ fn failed(error: StudyError) -> Failure {
         StudyError::TangentialForces { .. } => usage(anyhow!("{sentence} (--tangential-force)")),
         StudyError::Load { .. } => usage(anyhow!("{sentence} (--load)")),
         StudyError::Speed { .. } => usage(anyhow!("{sentence} (--speed)")),
+        StudyError::OneRecording { .. } => usage(anyhow!(sentence)),
         StudyError::NothingToCompare { .. } => usage(anyhow!("{sentence} with --meta")),
-        StudyError::Unknown { by, .. } => {
+        StudyError::Unknown { by, ref recording } => {
             let field = match by {
                 Factor::Sample | Factor::File => "{sample}",
                 Factor::Speed => "{speed:mm/s}",
@@ -258,14 +217,22 @@ fn failed(error: StudyError) -> Failure {
                 Factor::Load => "{load:N}",
                 Factor::Direction => "{direction}",
             };
+            // Only these formats have a file beside them that states conditions.
+            let ending = Path::new(recording).extension().unwrap_or_default();
+            let beside = match ["wav", "npy", "npz"]
+                .iter()
+                .any(|takes_one| ending.eq_ignore_ascii_case(takes_one))
+            {
+                true => format!(", or in {recording}.json"),
+                false => String::new(),
+            };
             usage(anyhow!(
-                "{sentence}: say it in the file names with --meta and {field}, or in NAME.wav.json"
+                "{sentence}: say it in the file names with --meta and {field}{beside}"
             ))
         }
         StudyError::NoStrokes { found } => {
-            let recordings = (found.recordings.len(), "recordings");
             for warning in &found.warnings {
-                say(&format!("warning: {}", warning.text_of(recordings, &text)));
+                say(&format!("warning: {}", merged_text(warning)));
             }
             Failure::Data(anyhow!(found.sentence_with(&text)))
         }

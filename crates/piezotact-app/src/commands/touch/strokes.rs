@@ -1,27 +1,28 @@
 //! `piezotact strokes`: recordings cut into strokes, and what the strokes hold.
 
-use piezotact::study::{AnalysisDocument, Question};
+use std::path::Path;
 
-use super::{analysed, cuts, settings, shown, take_all, wrote};
+use piezotact::study::{AnalysisDocument, CutsDocument, Question};
+
+use super::{analysed, cuts, settings, take_all};
 use crate::cli::Strokes;
+use crate::deliver::deliver_and;
 use crate::failure::Outcome;
-use crate::output::print_document;
 
 pub(crate) fn run(args: &Strokes) -> Outcome {
     cuts::check(args)?;
-    if args.cuts_only {
-        return cuts::run(args);
-    }
-    let computing = &args.computing;
-    let settings = settings(computing, Question::Groups(args.by.map(Into::into)))?;
+    let outputs = &args.computing.outputs;
+    let question = Question::Groups(args.by.map(Into::into));
+    let settings = settings(&args.computing, question)?;
     let (takes, failures) = take_all(&args.takes)?;
     cuts::write(args, &takes)?;
-    let study = analysed(takes, &failures, &settings)?;
-    shown(&study, computing, || {
-        print_document(&AnalysisDocument::of(&study))
-    })?;
-    if !computing.json {
-        wrote(&[&args.write_cuts])?;
+    let written: Vec<&Path> = args.write_cuts.as_deref().into_iter().collect();
+    if args.cuts_only {
+        let document = CutsDocument::of(&takes, failures.files());
+        deliver_and(outputs, &document, &written)?;
+        return failures.outcome();
     }
+    let study = analysed(takes, &failures, &settings)?;
+    deliver_and(outputs, &AnalysisDocument::of(&study), &written)?;
     failures.outcome()
 }

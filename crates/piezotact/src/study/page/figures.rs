@@ -2,19 +2,16 @@
 
 use std::collections::BTreeMap;
 
-use piezotact::compare::{RoughnessTrend, SpatialPeriod, Summary};
-use piezotact::criterion::Outcome;
-use piezotact::feature::{Analysis, Statistics, StrokeSpectra};
-use piezotact::number::signed;
-use piezotact::quantity::{Seconds, Unit};
-use piezotact::recording::Channel;
-use piezotact::statistics::{Direction, LogFit};
-use piezotact::stroke::Interval;
-
-use crate::chart::HEIGHT;
-use crate::{Draw, DrawError};
-use piezotact::figure::{Axis, Chart, Line, Mark, Panels, Scale, Tone};
-use piezotact::study::{AnalysedRecording, Example};
+use crate::compare::{RoughnessTrend, SpatialPeriod, Summary};
+use crate::criterion::Outcome;
+use crate::feature::{Analysis, Statistics, StrokeSpectra};
+use crate::figure::{Axis, Chart, Figure, Line, MOST_POINTS, Mark, Panels, Scale, Tone, extremes};
+use crate::number::signed;
+use crate::quantity::{Seconds, Unit};
+use crate::recording::Channel;
+use crate::statistics::{Direction, LogFit};
+use crate::stroke::Interval;
+use crate::study::{AnalysedRecording, Example};
 
 const SIGNAL: Tone = Tone::Signal;
 const SECOND: Tone = Tone::Accent;
@@ -29,7 +26,7 @@ const FEW: usize = 5;
 const LONGEST_S: f64 = 60.0;
 
 /// What a chart of signals shows, and its channels.
-type Shown<'t> = (String, Vec<&'t Channel>);
+type Drawn<'t> = (String, Vec<&'t Channel>);
 
 /// How long a part of `take` is shown, s.
 fn shown_s(take: &AnalysedRecording) -> f64 {
@@ -39,7 +36,7 @@ fn shown_s(take: &AnalysedRecording) -> f64 {
 }
 
 /// The channels of a recording, those of one kind together.
-fn kinds(take: &AnalysedRecording) -> Vec<Shown<'_>> {
+fn kinds(take: &AnalysedRecording) -> Vec<Drawn<'_>> {
     let roles = &take.segmentation.roles;
     let channel = |name: &String| take.recording.pick(Some(name), &Unit::Newton).ok();
     let vibration: Vec<&Channel> = roles.vibration.iter().filter_map(channel).take(3).collect();
@@ -68,8 +65,8 @@ fn kinds(take: &AnalysedRecording) -> Vec<Shown<'_>> {
 
 /// The signals of recordings with their cuts: for each recording the charts of each kind of channel over one time. One kind has
 /// one scale.
-pub(super) fn signals(takes: &[AnalysedRecording]) -> Result<Vec<String>, DrawError> {
-    let kinds: Vec<Vec<Shown<'_>>> = takes.iter().map(kinds).collect();
+pub(super) fn signals(takes: &[AnalysedRecording]) -> Vec<Figure> {
+    let kinds: Vec<Vec<Drawn<'_>>> = takes.iter().map(kinds).collect();
     let mut scales: BTreeMap<&str, (f64, f64)> = BTreeMap::new();
     for (take, kinds) in takes.iter().zip(&kinds) {
         let shown = take.recording.rate().samples_in(Seconds(shown_s(take)));
@@ -86,7 +83,8 @@ pub(super) fn signals(takes: &[AnalysedRecording]) -> Result<Vec<String>, DrawEr
             let scale = Axis::new(label.as_str(), low - room, high + room);
             signals_of(take, channels, scale)
         });
-        Panels::new(charts.collect()).svg(HEIGHT - 50)
+        Panels::new(charts.collect())
+            .captioned("Shaded green: strokes as they are analysed. Shaded red: rejected.")
     });
     figures.collect()
 }
@@ -98,7 +96,8 @@ fn signals_of(take: &AnalysedRecording, channels: &[&Channel], scale: Axis) -> C
     let shown = rate.samples_in(Seconds(length_s));
     let points = |channel: &Channel| -> Vec<(f64, f64)> {
         let samples = channel.samples.iter().take(shown).enumerate();
-        samples.map(|(i, v)| (i as f64 / rate.hz(), *v)).collect()
+        let samples = samples.map(|(i, v)| (i as f64 / rate.hz(), *v));
+        extremes(samples.collect(), MOST_POINTS)
     };
     let colours = [SIGNAL, SECOND, Tone::Third];
     let several = channels.len() > 1;
@@ -139,21 +138,14 @@ pub(super) fn axis_label(what: &str, unit: &str) -> String {
 }
 
 /// One stroke as it was cut: its vibration, its forces and their ratio over one time (thesis figure 28).
-pub(super) fn stroke(
-    take: &AnalysedRecording,
-    example: &Example,
-    unit: &str,
-) -> Result<Option<String>, DrawError> {
-    let Some(stroke) = take.segmentation.strokes.first() else {
-        return Ok(None);
-    };
+pub(super) fn stroke(take: &AnalysedRecording, example: &Example, unit: &str) -> Option<Figure> {
+    let stroke = take.segmentation.strokes.first()?;
     let rate_hz = take.recording.rate().hz();
     let seconds = |sample: usize| sample as f64 / rate_hz;
     let points = |samples: &[f64]| -> Vec<(f64, f64)> {
         let samples = samples.iter().enumerate();
-        samples
-            .map(|(i, v)| (seconds(stroke.steady.start + i), *v))
-            .collect()
+        let samples = samples.map(|(i, v)| (seconds(stroke.steady.start + i), *v));
+        extremes(samples.collect(), MOST_POINTS)
     };
     let time = Axis::new(
         "time, s",
@@ -183,10 +175,13 @@ pub(super) fn stroke(
         let y = Axis::around(label, Scale::Linear, samples.iter().copied());
         charts.push(chart(y, Line::new("", SIGNAL, points(samples))));
     }
-    match charts.is_empty() {
-        true => Ok(None),
-        false => Panels::new(charts).svg(HEIGHT - 50).map(Some),
-    }
+    let is_empty = charts.is_empty();
+    (!is_empty).then(|| {
+        Panels::new(charts).captioned(
+            "The first stroke, its vibration with the gesture filtered out as described below. Forces are relative to their zero \
+             while the finger is lifted.",
+        )
+    })
 }
 
 /// Frequencies that are worth showing: the band of the features, and what they hold.
@@ -214,9 +209,9 @@ fn density_axis(label: String, x: &Axis, lines: &[Line]) -> Axis {
 }
 
 /// The spectra of single strokes with their mean: amplitude spectrum and PSD.
-pub(super) fn strokes_with_mean(analysis: &Analysis) -> Result<[String; 2], DrawError> {
+pub(super) fn strokes_with_mean(analysis: &Analysis) -> [Figure; 2] {
     let band = analysis.config.band;
-    let chart = |spectra: &StrokeSpectra, label: String| -> Result<String, DrawError> {
+    let chart = |spectra: &StrokeSpectra, label: String| {
         let mut lines: Vec<Line> = spectra
             .each
             .iter()
@@ -230,13 +225,18 @@ pub(super) fn strokes_with_mean(analysis: &Analysis) -> Result<[String; 2], Draw
         lines.push(Line::new("mean", MEAN, density(spectra, &spectra.mean)));
         let x = frequency_axis(band.low().0, band.high().0);
         let y = density_axis(label, &x, &lines);
-        Chart::new(x, y, lines).svg(HEIGHT + 20)
+        Chart::new(x, y, lines)
     };
     let unit = &analysis.unit;
-    Ok([
-        chart(&analysis.fft, format!("amplitude, {unit}"))?,
-        chart(&analysis.psd, format!("PSD, {}", unit.of_psd()))?,
-    ])
+    [
+        chart(&analysis.fft, format!("amplitude, {unit}")).captioned(
+            "Amplitude spectrum (FFT) of every stroke (of the first 40 where there are more) over the same length, and the mean of \
+             all.",
+        ),
+        chart(&analysis.psd, format!("PSD, {}", unit.of_psd())).captioned(
+            "Power spectral density of every stroke (of the first 40 where there are more), and the mean of all.",
+        ),
+    ]
 }
 
 /// The axes of figures of PSDs that are compared with each other.
@@ -265,7 +265,7 @@ impl SpectralAxes {
 }
 
 /// The mean PSDs of groups, one line each.
-pub(super) fn psds(groups: &[&Summary], axes: &SpectralAxes) -> Result<String, DrawError> {
+pub(super) fn psds(groups: &[&Summary], axes: &SpectralAxes) -> Chart {
     let colours = Tone::several(groups.len());
     let many = groups.len() > 7;
     let lines: Vec<Line> = groups
@@ -282,7 +282,7 @@ pub(super) fn psds(groups: &[&Summary], axes: &SpectralAxes) -> Result<String, D
             }
         })
         .collect();
-    Chart::new(axes.frequency.clone(), axes.density.clone(), lines).svg(HEIGHT + 100)
+    Chart::new(axes.frequency.clone(), axes.density.clone(), lines)
 }
 
 /// A power law of Ra in µm, within both axes.
@@ -300,7 +300,7 @@ fn line_of(fit: &LogFit, x: &Axis, y: &Axis) -> Vec<(f64, f64)> {
 }
 
 /// Ra and rms of the samples in the order of their roughness, the roughest first (thesis figure 33).
-pub(super) fn in_order(groups: &[&Summary], trend: &RoughnessTrend) -> Result<String, DrawError> {
+pub(super) fn in_order(groups: &[&Summary], trend: &RoughnessTrend) -> Figure {
     let mut known: Vec<(&Summary, f64)> = with_roughness(groups, trend);
     known.sort_by(|a, b| b.1.total_cmp(&a.1));
     let at = |i: usize| i as f64;
@@ -340,7 +340,9 @@ pub(super) fn in_order(groups: &[&Summary], trend: &RoughnessTrend) -> Result<St
             ],
         ),
     ])
-    .svg(HEIGHT)
+    .captioned(
+        "Roughness Ra and rms of the vibration of the samples, the roughest first; bars: standard deviation over strokes.",
+    )
 }
 
 /// The groups whose roughness is known, with their Ra in µm.
@@ -355,7 +357,7 @@ fn with_roughness<'g>(groups: &[&'g Summary], trend: &RoughnessTrend) -> Vec<(&'
 }
 
 /// Rms against Ra, both logarithmic, with the power law that is fitted where a trend is shown.
-pub(super) fn roughness(groups: &[&Summary], trend: &RoughnessTrend) -> Result<String, DrawError> {
+pub(super) fn roughness(groups: &[&Summary], trend: &RoughnessTrend) -> Figure {
     let known = with_roughness(groups, trend);
     let points: Vec<(f64, f64)> = known.iter().map(|(g, ra)| (*ra, g.rms.mean)).collect();
     let spread = known
@@ -384,7 +386,9 @@ pub(super) fn roughness(groups: &[&Summary], trend: &RoughnessTrend) -> Result<S
         .iter()
         .map(|(g, ra)| (*ra, g.rms.mean, g.name.clone()))
         .collect();
-    chart.svg(HEIGHT + 60)
+    chart.captioned(
+        "Rms of the vibration against the roughness Ra of the samples, with the fitted power law where a trend is shown.",
+    )
 }
 
 fn rms_label(groups: &[&Summary]) -> String {
@@ -444,12 +448,7 @@ pub(super) type Sets = Vec<(String, Vec<Option<Spread>>)>;
 
 /// Something of every group, over the names of the groups: a point for each of `sets`, those of one name side by side. Names
 /// have no order that a line could follow.
-pub(super) fn by_name(
-    names: &[String],
-    y_label: String,
-    x_label: &str,
-    sets: &Sets,
-) -> Result<String, DrawError> {
+pub(super) fn by_name(names: &[String], y_label: String, x_label: &str, sets: &Sets) -> Chart {
     let colours = Tone::several(sets.len());
     let beside = |set: usize| 0.5 * ((set as f64 + 0.5) / sets.len() as f64 - 0.5);
     // Single strokes stand a little to the right of their mean.
@@ -478,18 +477,14 @@ pub(super) fn by_name(
         spread.chain(line.points.iter().map(|p| p.1))
     });
     let y = Axis::around(y_label, Scale::Linear, ends);
-    Chart::new(Axis::names(x_label, names.to_vec()), y, lines).svg(HEIGHT)
+    Chart::new(Axis::names(x_label, names.to_vec()), y, lines)
 }
 
 /// A setting, and x and something at each of its groups.
 pub(super) type Courses = Vec<(String, Vec<(f64, Spread)>)>;
 
 /// Something of every group over a quantity, both logarithmic: joined points for each setting.
-pub(super) fn over_quantity(
-    x_label: &str,
-    y_label: String,
-    courses: &Courses,
-) -> Result<String, DrawError> {
+pub(super) fn over_quantity(x_label: &str, y_label: String, courses: &Courses) -> Chart {
     let colours = Tone::several(courses.len());
     let mut lines: Vec<Line> = Vec::new();
     for ((label, course), colour) in courses.iter().zip(&colours) {
@@ -511,35 +506,35 @@ pub(super) fn over_quantity(
                 .spread(spread.collect()),
         );
     }
-    let x = lines
-        .iter()
-        .flat_map(|line| line.points.iter().map(|p| p.0));
+    let measured = || {
+        courses
+            .iter()
+            .flat_map(|(_, course)| course.iter().map(|(x, _)| *x))
+    };
     let ends = lines.iter().flat_map(|line| {
         let spread = line.spread.iter().flat_map(|(_, low, high)| [*low, *high]);
         spread.chain(line.points.iter().map(|p| p.1))
     });
-    let x = Axis::around(x_label, Scale::Logarithmic, x);
+    let x = Axis::around(x_label, Scale::Logarithmic, measured()).ticks_at(measured());
     let y = Axis::around(y_label, Scale::Logarithmic, ends);
-    Chart::new(x, y, lines).svg(HEIGHT)
+    Chart::new(x, y, lines)
 }
 
 /// The axes of all figures of peaks over speed, which are compared with each other.
 pub(super) fn period_axes<'p>(periods: impl Iterator<Item = &'p SpatialPeriod>) -> (Axis, Axis) {
-    let peaks = periods.flat_map(|period| &period.peaks);
-    let (fastest, highest) = peaks.fold((0.0, 0.0), |(v, f): (f64, f64), peak| {
+    let peaks: Vec<_> = periods.flat_map(|period| &period.peaks).collect();
+    let (fastest, highest) = peaks.iter().fold((0.0, 0.0), |(v, f): (f64, f64), peak| {
         (v.max(peak.speed_m_s * 1e3), f.max(peak.frequency_hz))
     });
     (
-        Axis::new("speed, mm/s", 0.0, fastest * 1.1),
+        Axis::new("speed, mm/s", 0.0, fastest * 1.1)
+            .ticks_at(peaks.iter().map(|peak| peak.speed_m_s * 1e3)),
         Axis::new("frequency of the peak, Hz", 0.0, highest * 1.15),
     )
 }
 
 /// The peaks of a spatial period over speed, with the line f = v/λ where the period stands out.
-pub(super) fn period(
-    period: &SpatialPeriod,
-    (speed, frequency): &(Axis, Axis),
-) -> Result<String, DrawError> {
+pub(super) fn period(period: &SpatialPeriod, (speed, frequency): &(Axis, Axis)) -> Figure {
     let points: Vec<(f64, f64)> = period
         .peaks
         .iter()
@@ -554,5 +549,6 @@ pub(super) fn period(
         lines.push(Line::new(label, LAW, law));
     }
     lines.push(Line::new("", SIGNAL, points).marked(Mark::Dots));
-    Chart::new(speed.clone(), frequency.clone(), lines).svg(HEIGHT - 40)
+    Chart::new(speed.clone(), frequency.clone(), lines)
+        .captioned("The peak of each speed, and the line f = v/λ where the period stands out.")
 }
