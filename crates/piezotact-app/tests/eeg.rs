@@ -126,6 +126,13 @@ fn a_file_shows_what_it_holds() {
             done.out()
         );
     }
+    // It has no figure: no empty folder is made of them.
+    run(
+        &folder,
+        "eeg info a.vhdr --report other.html --figures drawn",
+    )
+    .expect_failure(2, &["expected figures in the report for --figures"]);
+    assert!(!folder.path("drawn").exists() && !folder.path("other.html").exists());
     let document = run(&folder, "eeg info a.vhdr --json").json();
     assert_eq!(document["schema"], "eeg_info");
     assert_eq!(document["channels"][1]["flat"], true);

@@ -157,7 +157,9 @@ impl Shown for Checked {
         let mut page = Page::new("Check of a BIDS data set", "").section("", first);
         if !self.problems.is_empty() {
             let columns = [("where", "place"), ("what is wrong", "text")];
-            let table = problems(&self.problems, &columns, |one| vec![Cell::Text(one.place())]);
+            let table = problems(&self.problems, &columns, |one| {
+                vec![Cell::Text(one.place())]
+            });
             let more = (self.more > 0)
                 .then(|| Block::text(format!("… and {} more of the same kinds", self.more)));
             let blocks = [Block::Table(table)].into_iter().chain(more);
@@ -168,7 +170,11 @@ impl Shown for Checked {
             let errors = listed("error", "error", &other.errors);
             page = page.section(&format!("Errors of {}", other.program), [errors]);
         }
-        let columns = [("file", "file"), ("line", "line"), ("what is wrong", "text")];
+        let columns = [
+            ("file", "file"),
+            ("line", "line"),
+            ("what is wrong", "text"),
+        ];
         page.rows(problems(&self.problems, &columns, |one| {
             let line = one.line.map(|line| line.to_string());
             vec![

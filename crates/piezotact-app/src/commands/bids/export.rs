@@ -151,7 +151,8 @@ pub(super) fn run(args: &Arguments) -> Outcome {
         warnings: &in_words,
     };
     let writer = BidsWriter::create(&args.out, about, protocol)?;
-    let (mut exported, place) = written(args, (&study, &sessions), writer, [rehearsals, withdrawn])?;
+    let (mut exported, place) =
+        written(args, (&study, &sessions), writer, [rehearsals, withdrawn])?;
     exported.warnings.extend(warnings);
     deliver_and(&args.outputs, &exported, &[&place])
 }

@@ -64,22 +64,14 @@ fn protocol(args: &Record, parameters: &TwinParameters) -> Outcome<EegProtocol> 
     })
 }
 
-/// Refuses outputs that cannot be. Where a `BrainVision` recording stands, its header leads to the samples beside it, so that it cannot be
-/// set aside as one file.
+/// Refuses outputs that cannot be.
 fn can_be_kept(args: &Record, ending: &str) -> Outcome {
     let read: Vec<&Path> = args.who.twin.as_deref().into_iter().collect();
     if ending != "vhdr" {
         return outputs(&read, &[&args.out]);
     }
     let written = ["vhdr", "eeg", "vmrk"].map(|ending| args.out.with_extension(ending));
-    outputs(&read, &written.each_ref().map(std::path::PathBuf::as_path))?;
-    match written.iter().find(|file| file.exists()) {
-        Some(file) => Err(usage(anyhow!(
-            "expected no recording of this name, found {}; give --out another name",
-            file.display()
-        ))),
-        None => Ok(()),
-    }
+    outputs(&read, &written.each_ref().map(std::path::PathBuf::as_path))
 }
 
 /// Writes `recording` in the format of its ending; what the format does not carry.

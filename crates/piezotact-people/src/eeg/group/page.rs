@@ -607,9 +607,11 @@ impl page::Shown for EegStats {
             .collect();
         // What is found, where no order is claimed.
         if self.gradients.is_empty() {
-            first.extend(self.first_contrasts().map(|one| {
-                Block::conclusion(one.short_sentence(self.config.unit), one.outcome())
-            }));
+            first.extend(
+                self.first_contrasts().map(|one| {
+                    Block::conclusion(one.short_sentence(self.config.unit), one.outcome())
+                }),
+            );
         }
         first.extend(
             (self.clusters.iter())

@@ -410,7 +410,11 @@ fn unequal_numbers_of_epochs_are_said() {
     };
     assert_eq!(
         epochs[1..],
-        [task("control", 60), task("imagery", 12), task("natural", 60)]
+        [
+            task("control", 60),
+            task("imagery", 12),
+            task("natural", 60)
+        ]
     );
 }
 

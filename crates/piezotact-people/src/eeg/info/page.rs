@@ -79,8 +79,14 @@ impl EegInfo {
         let looked_for = [
             ("that are flat", named(&|c| c.flat.then(|| c.name.clone()))),
             ("at a limit", shared(|c| c.saturated_share)),
-            ("that hold one value for a while", shared(|c| c.frozen_share)),
-            ("with samples that are no numbers", shared(|c| c.missing_share)),
+            (
+                "that hold one value for a while",
+                shared(|c| c.frozen_share),
+            ),
+            (
+                "with samples that are no numbers",
+                shared(|c| c.missing_share),
+            ),
             ("with mains (share of the power)", mains),
             (
                 "called bad by the table beside the file",
