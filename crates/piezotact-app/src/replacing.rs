@@ -120,14 +120,14 @@ impl Writing {
     /// that could be what is written now is compared when it is.
     pub(crate) fn refuse_existing(&self, path: &Path) -> Outcome {
         self.require_its_ending(path)?;
-        let is_compared = self.existing == Existing::Compared || self.is_brainvision(path);
-        if !path.is_file()
-            || self.may_replace(path)
-            || (self.is_kept(path) && !self.is_brainvision(path))
-        {
+        if path.is_file() && self.is_brainvision(path) {
+            keep_as_it_is(path);
             return Ok(());
         }
-        if is_compared && !is_of_another(path) {
+        if !path.is_file() || self.may_replace(path) || self.is_kept(path) {
+            return Ok(());
+        }
+        if self.existing == Existing::Compared && !is_of_another(path) {
             keep_as_it_is(path);
             return Ok(());
         }

@@ -7,7 +7,7 @@ use piezotact::Warning;
 use piezotact::recording::Recording;
 use piezotact::run::{Acquired, TwinRecorded};
 use piezotact_dataset::eeg::{markers_of, write_brainvision, write_edf};
-use piezotact_dataset::write_recording;
+use piezotact_dataset::{WriteError, write_recording};
 use piezotact_twin::eeg::{EegProtocol, Task, record};
 use piezotact_twin::{Participant, TwinParameters};
 
@@ -77,7 +77,15 @@ fn can_be_kept(args: &Record, ending: &str) -> Outcome {
 /// Writes `recording` in the format of its ending; what the format does not carry.
 fn write(out: &Path, ending: &str, recording: &Recording) -> Outcome<Vec<Warning>> {
     if ending == "vhdr" {
-        return Ok(write_brainvision(out, recording, &markers_of(recording))?);
+        let written = write_brainvision(out, recording, &markers_of(recording));
+        return written.map_err(|error| match error {
+            WriteError::Differs { path, .. } => usage(anyhow!(
+                "{} is of another recording, and the three files of a header name each other, so that none is set aside; give --out \
+                 another name",
+                path.display()
+            )),
+            error => error.into(),
+        });
     }
     let earlier = Earlier::at(out, "the earlier recording")?;
     let warnings = match ending {
