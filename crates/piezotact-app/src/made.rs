@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context as _, anyhow};
+use anyhow::anyhow;
 use piezotact::document::INVOCATION;
 use piezotact::invocation::{Found, Input, Invocation};
 use piezotact_dataset::reads::{found, sha256};
@@ -33,8 +33,7 @@ pub(crate) struct Made {
 impl Made {
     /// What the file at `path` holds.
     pub(crate) fn read(path: &Path) -> Outcome<Self> {
-        let text = piezotact_dataset::reads::read_to_string(path);
-        let text = text.with_context(|| path.display().to_string())?;
+        let text = piezotact_dataset::read_input_text(path)?;
         let made = Self::of(&text);
         made.ok_or_else(|| {
             Failure::Data(anyhow!(

@@ -8,7 +8,7 @@ use clap::{Arg, Command, value_parser};
 use piezotact_report::parts::{Columns, FigurePart, figures, tables};
 
 use crate::arguments::Arguments;
-use crate::failure::Outcome;
+use crate::failure::{Outcome, usage};
 use crate::output::write_bytes;
 
 /// Commands that always write a report.
@@ -90,6 +90,7 @@ impl Parts {
         let mut files = Vec::new();
         if let Some(folder) = &self.figures {
             let drawn = figures(html, self.columns);
+            required(!drawn.is_empty(), FIGURES)?;
             let file = |figure: &FigurePart| folder.join(format!("{}.svg", figure.name));
             #[cfg(feature = "full")]
             files.extend(pictures(folder, &drawn)?);
@@ -101,8 +102,13 @@ impl Parts {
         }
         if let Some(folder) = &self.tables {
             let file = |name: &str| folder.join(format!("{name}.csv"));
-            let drawn = tables(html)?.into_iter();
-            files.extend(drawn.map(|table| (file(&table.name), table.csv.into_bytes())));
+            let drawn = tables(html)?;
+            required(!drawn.is_empty(), TABLES)?;
+            files.extend(
+                drawn
+                    .into_iter()
+                    .map(|table| (file(&table.name), table.csv.into_bytes())),
+            );
         }
         Ok(files)
     }
@@ -132,8 +138,22 @@ fn pictures(folder: &Path, figures: &[FigurePart]) -> Outcome<Vec<(PathBuf, Vec<
     Ok(files)
 }
 
+/// Refuses an option for what the report does not have: its folder would be empty.
+fn required(is_there: bool, what: &str) -> Outcome {
+    match is_there {
+        true => Ok(()),
+        false => Err(usage(anyhow!(
+            "expected {what} in the report for --{what}, found none; leave the option out"
+        ))),
+    }
+}
+
 fn made(folder: &Path) -> Outcome {
-    std::fs::create_dir_all(folder)
-        .map_err(|error| anyhow!("cannot create the folder {}: {error}", folder.display()))?;
+    std::fs::create_dir_all(folder).map_err(|error| {
+        anyhow!(
+            "cannot create the folder {}: {error}; check the path",
+            folder.display()
+        )
+    })?;
     Ok(())
 }

@@ -120,6 +120,10 @@ impl Writing {
     /// that could be what is written now is compared when it is.
     pub(crate) fn refuse_existing(&self, path: &Path) -> Outcome {
         self.require_its_ending(path)?;
+        if path.is_file() && self.is_brainvision(path) {
+            keep_as_it_is(path);
+            return Ok(());
+        }
         if !path.is_file() || self.may_replace(path) || self.is_kept(path) {
             return Ok(());
         }
@@ -160,6 +164,19 @@ impl Writing {
             || CONTINUED.contains(&known)
             || is_journal
             || is_of_loop
+    }
+
+    /// Whether `path` is one of the three files of a simulated `BrainVision` recording. They name each other, so that none is set
+    /// aside; the same simulation gives the same bytes.
+    fn is_brainvision(&self, path: &Path) -> bool {
+        let mut outputs = self.outputs.iter();
+        self.command == "twin record"
+            && outputs.any(|output| {
+                output.path.extension() == Some(OsStr::new("vhdr"))
+                    && ["vhdr", "eeg", "vmrk"]
+                        .iter()
+                        .any(|ending| output.path.with_extension(ending) == path)
+            })
     }
 
     /// The output that `path` is, stands in, or stands beside with a longer name: `drive.wav.json` beside `drive.wav`; and what

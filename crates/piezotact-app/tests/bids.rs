@@ -42,12 +42,13 @@ pub(crate) fn exported() -> &'static Folder {
             &done.out(),
             &[
                 "2 participants in 4 sessions",
-                "not carried:",
+                "not carried",
                 "true dates",
                 "the age of 1 participant of more than 89 years",
                 "1 rehearsal",
                 "recordings of 4 trials of touching, for which none was given",
-                "piezotact bids check bids",
+                "`piezotact bids check`",
+                "wrote bids",
             ],
         );
         folder
@@ -642,7 +643,7 @@ fn what_is_no_data_set_of_touch_is_refused_by_name() {
         .expect_failure(1, &["has no touch data", "data in meg"]);
     let done = run(folder, "bids check brains --second-opinion none");
     assert_eq!(done.code(), Some(5), "{}", done.out());
-    holds(&done.out(), &["nothing could be checked", "1 of meg"]);
+    holds(&done.out(), &["Nothing could be checked", "1 of meg"]);
     assert!(!folder.path("new").exists());
     let left = folder
         .names()

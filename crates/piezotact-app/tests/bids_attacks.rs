@@ -367,7 +367,7 @@ fn what_is_no_file_or_leads_out_is_named_and_hides_nothing() {
     holds(
         &done.out(),
         &[
-            "S8_drive.wav: expected a file of the data set, found a link",
+            "S8_drive.wav expected a file of the data set, found a link",
             "run-9_events.tsv",
             "device or a pipe",
             "a\\n\\u{1b}[31mb",

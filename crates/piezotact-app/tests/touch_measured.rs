@@ -47,6 +47,12 @@ fn the_ridges_of_a_measured_board_come_out_of_four_speeds() {
             "{peak}"
         );
     }
+    let shown = here.run(&["info", &files("2mm")[0]]);
+    let shown = shown.out();
+    assert!(
+        shown.contains("condition: sample Board2mm") && shown.contains("speed 0.005 m/s"),
+        "{shown}"
+    );
     let coarse = &compared(&files("10mm"))["period"];
     assert_eq!(coarse["outcome"], "met", "{coarse}");
     let coarse = 1e3 * number(&coarse["period_m"]);

@@ -126,6 +126,13 @@ fn no_eeg_is_replaced() {
         record(&folder, &asked("2")).expect_success();
         assert!(folder.names().contains(&format!("a.{end}.before-1")));
     }
+    // The three files of a header name each other: the same recording stays, and another one is refused.
+    let asked = |seed: &str| format!("eeg --task control --trials 1 --seed {seed} --out a.vhdr");
+    record(&folder, &asked("1")).expect_success();
+    let samples = std::fs::read(folder.path("a.eeg")).unwrap();
+    record(&folder, &asked("1")).expect_success();
+    record(&folder, &asked("2")).expect_failure(2, &["a.eeg"]);
+    assert_eq!(std::fs::read(folder.path("a.eeg")).unwrap(), samples);
     folder.write("real.eeg", "samples");
     record(&folder, "eeg --task control --out real.vhdr").expect_failure(2, &["real.eeg"]);
     assert!(!folder.names().contains(&"real.vhdr".to_owned()));

@@ -30,7 +30,7 @@ use piezotact_people::eeg::counts::EegEpochs;
 use piezotact_people::eeg::group::EegStats;
 use piezotact_people::eeg::info::EegInfo;
 use piezotact_people::eeg::person::EegErd;
-use piezotact_study::bids::{Checked, Exported};
+use piezotact_study::bids::{Checked, Exported, Imported};
 use piezotact_surface::{EvaluatedSurface, RoughnessSet};
 use piezotact_twin::document::SimulatedSurface;
 use piezotact_validation::count::CountedPanels;
@@ -90,6 +90,7 @@ fn all() -> Result<BTreeMap<String, String>> {
         schema::<Checked>()?,
         schema::<DataDictionary>()?,
         schema::<Exported>()?,
+        schema::<Imported>()?,
         schema::<DemoDocument<'_>>()?,
         schema::<EegEpochs>()?,
         schema::<EegErd>()?,

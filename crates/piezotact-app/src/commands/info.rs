@@ -12,7 +12,7 @@ use piezotact::transfer::{Limits, StoredIdentities};
 use piezotact::warning::{merged, merged_of};
 use piezotact_dataset::document::{InfoDocument, RecordingInfo, TransferInfo, clock_summaries};
 use piezotact_dataset::{
-    Contents, TransferDocument, holds_transfer, read_transfer, stored_transfer,
+    Contents, TransferDocument, holds_transfer, known_naming, read_transfer, stored_transfer,
 };
 
 use crate::advice::merged_text;
@@ -31,7 +31,8 @@ pub(crate) fn run(args: &Info) -> Outcome {
     if holds_transfer(&args.file) {
         return transfer_function(args, &read_transfer(&args.file)?);
     }
-    let contents = read(&args.file, &args.reading)?;
+    let mut contents = read(&args.file, &args.reading)?;
+    known_naming(&args.file).complete(&mut contents.recording);
     let stored = match stored_transfer(&args.file)? {
         Some(document) => Some(TransferInfo::of(&args.file, &document, shown_band()?)?),
         None => None,

@@ -196,7 +196,7 @@ pub(crate) const EEG: &[&str] = &[
     "eeg erd P03_imagery.vhdr --participant P03 --event imagery --task imagery --eog VEOG,HEOG --min-epochs 8 --out i3.json",
     "eeg erd P04_control.vhdr --participant P04 --event control --task control --eog VEOG,HEOG --min-epochs 8 --out c4.json",
     "eeg erd P04_imagery.vhdr --participant P04 --event imagery --task imagery --eog VEOG,HEOG --min-epochs 8 --out i4.json",
-    "eeg erd P01_control.vhdr --participant P01 --event control --task control --min-epochs 8 --order percent-of-each-epoch --out percent.csv",
+    "eeg erd P01_control.vhdr --participant P01 --event control --task control --min-epochs 8 --order percent-of-each-epoch --csv percent.csv",
     "eeg stats c1.json c2.json c3.json c4.json i1.json i2.json i3.json i4.json --gradient control,imagery --csv contrasts.csv",
 ];
 

@@ -201,10 +201,10 @@ impl Asked {
                 let held_out = piezotact::statistics::mean(&fit.held_out);
                 vec![
                     Cell::from(fit.judge.name().to_owned()),
-                    Cell::from(format!("{:.1}", fit.log_likelihood)),
-                    Cell::from(format!("{:.1}", fit.aicc)),
-                    Cell::from(format!("{:.3}", fit.weight)),
-                    Cell::from(format!("{held_out:.3}")),
+                    Cell::rounded(fit.log_likelihood, 1),
+                    Cell::rounded(fit.aicc, 1),
+                    Cell::rounded(fit.weight, 3),
+                    Cell::rounded(held_out, 3),
                 ]
             })
             .collect();

@@ -43,7 +43,7 @@ pub use of_session::{REPETITION, answers_of, declared, not_known};
 pub use order::{Dominance, Ordering, Repetition, kendall_tau_b, ordering};
 pub use session_page::session_page;
 pub use tables::{
-    THRESHOLD_COLUMNS, answers_table, evidence_table, participants_table, thresholds_table,
+    DONE, THRESHOLD_COLUMNS, answers_table, evidence_table, participants_table, thresholds_table,
     trials_table,
 };
 pub use warning::{AssociationWarning, NotDeclared};

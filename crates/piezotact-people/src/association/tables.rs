@@ -137,13 +137,16 @@ pub fn trials_table<'a>(
     table
 }
 
+/// What stands in tables for a trial that asks for no answer, such as one to learn the textures.
+pub const DONE: &str = "done";
+
 /// An answer as it stands in a table; `names` are those that it stands for.
 pub(super) fn noted(answer: Option<&Noted>, names: &dyn Fn(&Noted) -> Vec<String>) -> String {
     match answer {
         None => String::new(),
         Some(answer @ (Noted::Names(_) | Noted::Places(_))) => names(answer).join("|"),
         Some(Noted::Number(number)) => number.to_string(),
-        Some(Noted::Done) => "done".to_owned(),
+        Some(Noted::Done) => DONE.to_owned(),
         Some(Noted::Unknown) => "n/a".to_owned(),
     }
 }

@@ -9,6 +9,7 @@ mod texts;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
+use piezotact::Warning;
 use piezotact::document::Content;
 use piezotact::page::{Cell, Column, Table};
 use piezotact_people::association::{
@@ -36,7 +37,7 @@ pub use recordings::{NamedBy, Touched};
 const DERIVATIVES: &str = "derivatives/piezotact";
 
 /// What was written.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Exported {
     /// How many participants.
@@ -53,6 +54,9 @@ pub struct Exported {
     pub files: usize,
     /// What the study holds and the data set does not carry.
     pub not_carried: Vec<NotCarried>,
+    /// What to know of the study and its recordings before relying on it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<Warning>,
 }
 
 impl Content for Exported {
@@ -275,6 +279,7 @@ impl<'a> BidsWriter<'a> {
             answers: self.answers,
             files: 0,
             not_carried,
+            warnings: Vec::new(),
         };
         let readme = texts::readme(&self.about, self.protocol, (&exported, warnings));
         self.folder.put_text("README.md", &readme)?;

@@ -2,7 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Cell, Cleaning, Filing, Panel, PanelAnalysis, PanelCurves, PanelError, panel_curves};
+use super::{
+    AverageCriterion, Cell, Cleaning, Filing, Panel, PanelAnalysis, PanelCurves, PanelError,
+    panel_curves,
+};
 use crate::document::Content;
 use crate::page::{self, Column, Table};
 use crate::quantity::{Uncalibrated, Unit};
@@ -130,7 +133,7 @@ impl<'a> AnalysedPanel<'a> {
 
 impl PanelAnalysis {
     /// How far people lie apart, one row for each cell and band, the whole band first: angle in degrees, load in N, band in Hz,
-    /// deviations, spreads and penalties in dB.
+    /// deviations, spreads and penalties in dB, and whether all were measured with a drive over the whole band.
     ///
     /// Source: docs/decisions/documents.md.
     #[must_use]
@@ -145,11 +148,14 @@ impl PanelAnalysis {
             "at_hz",
             "spread_rms_db",
             "penalty_db_rms",
+            "excited",
         ];
         let mut table = Table::new(columns.map(|name| Column::new(name, name)));
         for spread in &self.spreads {
             let bundle = &spread.bundle;
             let costs = self.penalties_at(spread.cell);
+            let excited = costs.and_then(|costs| costs.criterion(AverageCriterion::Excited));
+            let excited = excited.map_or(page::Cell::Missing(()), |rule| rule.outcome.into());
             let whole = [
                 bundle.max_deviation_db,
                 bundle.max_deviation_at_hz,
@@ -170,7 +176,8 @@ impl PanelAnalysis {
                 let first = [cell.angle_deg.0, cell.load_n.0, band.low().0, band.high().0];
                 let count = [bundle.count as f64];
                 let row = first.into_iter().chain(count).chain(values);
-                table.rows.push(row.map(page::Cell::from).collect());
+                let row = row.map(page::Cell::from).chain([excited.clone()]);
+                table.rows.push(row.collect());
             }
         }
         table

@@ -8,7 +8,7 @@ use super::levels::Levels;
 use super::random::Draws;
 use crate::criterion::{Criterion, Limit};
 use crate::quantity::{Band, Quantity};
-use crate::statistics::{deviation_interval, mean, mean_interval, rms};
+use crate::statistics::{deviation_interval, mean, positive_mean_interval, rms};
 use crate::transfer::BundleAverage;
 use crate::transfer::level_db;
 
@@ -152,7 +152,7 @@ fn curve(
             LearningPoint {
                 people: n + 1,
                 mean_db_rms: mean(&each),
-                interval_db_rms: mean_interval(&each),
+                interval_db_rms: positive_mean_interval(&each),
             }
         })
         .collect();

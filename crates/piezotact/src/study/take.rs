@@ -24,6 +24,24 @@ pub struct Naming {
     pub warnings: Vec<Warning>,
 }
 
+impl Naming {
+    /// Completes the condition and the labels of `recording` by its name. What it says itself counts.
+    ///
+    /// # Errors
+    /// None.
+    ///
+    /// Source: house rule for the order in which conditions count.
+    pub fn complete(self, recording: &mut Recording) {
+        let own = std::mem::take(&mut recording.about.condition);
+        recording.about.condition = condition_of(&Condition::default(), own, self.condition);
+        recording.about.warnings.extend(self.warnings);
+        for (name, label) in self.labels {
+            let labels = &mut recording.annotations.labels;
+            labels.entry(name).or_insert(label);
+        }
+    }
+}
+
 /// A recording as it comes to a study.
 #[derive(Clone, Debug)]
 pub struct Recorded {

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::{TransferError, TransferFunction};
 use crate::quantity::{Band, Quantity};
 use crate::recording::Provenance;
-use crate::statistics::{mean, mean_interval, standard_deviation};
+use crate::statistics::{mean, positive_mean_interval, standard_deviation};
 
 /// The spread of transfer functions over a band, line by line in dB re 1 unit of `O` per `I`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -338,7 +338,7 @@ pub fn leave_one_out<I: Quantity, O: Quantity>(
     let rms: Vec<f64> = penalties.iter().map(|p| p.db_rms).collect();
     Ok(LeaveOneOut {
         mean_db_rms: mean(&rms),
-        interval_db_rms: mean_interval(&rms),
+        interval_db_rms: positive_mean_interval(&rms),
         penalties,
     })
 }

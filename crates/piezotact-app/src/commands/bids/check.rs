@@ -5,12 +5,11 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use clap::{Args, ValueEnum};
-use piezotact::criterion::Outcome as Judged;
-use piezotact::number::counted;
-use piezotact_study::bids::{Checked, SecondOpinion, check};
+use piezotact_study::bids::{SecondOpinion, check};
 
-use crate::failure::{Failure, Outcome};
-use crate::output::{print, print_document, say};
+use crate::deliver::{Outputs, deliver};
+use crate::failure::Outcome;
+use crate::places::outputs;
 
 /// The official validator, as its package calls it.
 const VALIDATOR: &str = "bids-validator-deno";
@@ -25,9 +24,8 @@ pub(super) struct Arguments {
     /// Whether the official validator is asked too, where it is installed.
     #[arg(long, value_enum, default_value = "if-installed")]
     second_opinion: Asked,
-    /// Prints the result as JSON.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    outputs: Outputs,
 }
 
 /// Whether the official validator is asked.
@@ -40,74 +38,13 @@ enum Asked {
 }
 
 pub(super) fn run(args: &Arguments) -> Outcome {
+    outputs(&[], &args.outputs.files())?;
     let mut checked = check(&args.folder)?;
     checked.second_opinion = match args.second_opinion {
         Asked::IfInstalled => second_opinion(&args.folder),
         Asked::None => None,
     };
-    match args.json {
-        true => print_document(&checked)?,
-        false => shown(args, &checked)?,
-    }
-    let other = checked.second_opinion.as_ref();
-    let errors = other.is_some_and(|other| !other.errors.is_empty());
-    match (checked.outcome, errors) {
-        (Judged::NotMet, _) | (_, true) => Err(Failure::NotPassed),
-        (Judged::NotDecided, _) => Err(Failure::NotDecided),
-        (Judged::Met, false) => Ok(()),
-    }
-}
-
-fn shown(args: &Arguments, checked: &Checked) -> Outcome {
-    for problem in &checked.problems {
-        print(&problem.to_string())?;
-    }
-    if checked.more > 0 {
-        print(&format!("… and {} more of the same kinds", checked.more))?;
-    }
-    let read = format!(
-        "{} and {}",
-        counted(checked.tables, "table"),
-        counted(checked.signals, "signal file")
-    );
-    let folder = args.folder.display();
-    print(&match checked.outcome {
-        Judged::Met => format!("{folder}: nothing wrong was found in {read}"),
-        Judged::NotMet => format!(
-            "{folder}: {} found in {read}",
-            counted(checked.problems.len() + checked.more, "problem")
-        ),
-        Judged::NotDecided => {
-            format!("{folder}: nothing could be checked: no table and no signal file")
-        }
-    })?;
-    if !checked.not_read.is_empty() {
-        let kinds = checked.not_read.iter();
-        let kinds: Vec<String> = kinds
-            .map(|(kind, count)| format!("{count} of {kind}"))
-            .collect();
-        print(&format!(
-            "not read, as this check does not know their contents: files {}",
-            kinds.join(", ")
-        ))?;
-    }
-    match &checked.second_opinion {
-        None => {}
-        Some(SecondOpinion {
-            failed: Some(why), ..
-        }) => say(&format!("{VALIDATOR}: {why}")),
-        Some(validator) => {
-            for error in &validator.errors {
-                print(&format!("{VALIDATOR}: {error}"))?;
-            }
-            print(&format!(
-                "{VALIDATOR}: {} and {}",
-                counted(validator.errors.len(), "error"),
-                counted(validator.warnings, "warning")
-            ))?;
-        }
-    }
-    Ok(())
+    deliver(&args.outputs, &checked)
 }
 
 /// What the official validator says; `None` where it is not installed.

@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use anyhow::anyhow;
 use clap::Args;
 use piezotact::invocation::Found;
-use piezotact::number::counted;
 use piezotact::quantity::Hertz;
 use piezotact::warning::{Warning, merged};
 use piezotact_dataset::NamePattern;
@@ -28,10 +27,11 @@ use crate::advice::merged_text;
 use crate::cli::Reading;
 use crate::commands::campaign::{simulated_as, study::Study};
 use crate::commands::prepare::file_name;
+use crate::deliver::{Outputs, deliver_and};
 use crate::failure::{Failure, Outcome, usage};
 use crate::interrupt::{Between, interrupted};
 use crate::invocation::PROGRAM;
-use crate::output::{print, print_document, say_warnings};
+use crate::places::outputs;
 use crate::progress::{Words, Work};
 use crate::reading::read;
 
@@ -87,9 +87,8 @@ pub(super) struct Arguments {
     license: Option<String>,
     #[command(flatten)]
     reading: Reading,
-    /// Prints the result as JSON.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    outputs: Outputs,
 }
 
 /// A frequency with its unit.
@@ -119,6 +118,7 @@ struct Session<'a> {
 pub(super) fn run(args: &Arguments) -> Outcome {
     let study = Study::open(&args.study)?;
     piezotact_study::bids::require_outside(&args.study, &args.out)?;
+    outputs(&[], &args.outputs.files())?;
     let live = study.live()?;
     let counted_in: Vec<&(SessionEntry, Plan)> = (live.iter())
         .filter(|(entry, _)| entry.purpose == Purpose::Volunteer)
@@ -151,10 +151,10 @@ pub(super) fn run(args: &Arguments) -> Outcome {
         warnings: &in_words,
     };
     let writer = BidsWriter::create(&args.out, about, protocol)?;
-    let (exported, place) = written(args, (&study, &sessions), writer, [rehearsals, withdrawn])?;
-    shown(args, &exported, &place)?;
-    say_warnings(&warnings);
-    Ok(())
+    let (mut exported, place) =
+        written(args, (&study, &sessions), writer, [rehearsals, withdrawn])?;
+    exported.warnings.extend(warnings);
+    deliver_and(&args.outputs, &exported, &[&place])
 }
 
 /// Everything, in its place; with how many rehearsals and sessions of people who withdrew are left out.
@@ -189,38 +189,13 @@ fn written(
     }));
     let of_recordings = merged(&export.warnings);
     let in_words: Vec<String> = of_recordings.iter().map(merged_text).collect();
-    let done = export.writer.finish(not_carried, &in_words)?;
-    let mut each: Vec<Warning> = Vec::new();
+    let (mut exported, place) = export.writer.finish(not_carried, &in_words)?;
     for warning in export.warnings {
-        if !each.contains(&warning) {
-            each.push(warning);
+        if !exported.warnings.contains(&warning) {
+            exported.warnings.push(warning);
         }
     }
-    say_warnings(&each);
-    Ok(done)
-}
-
-fn shown(args: &Arguments, exported: &Exported, place: &Path) -> Outcome {
-    if args.json {
-        return print_document(exported);
-    }
-    print(&format!(
-        "{}: {} in {}, {}, {}, {}",
-        place.display(),
-        counted(exported.participants, "participant"),
-        counted(exported.sessions, "session"),
-        counted(exported.recordings + exported.eeg_recordings, "recording"),
-        counted(exported.answers, "answer"),
-        counted(exported.files, "file")
-    ))?;
-    print("not carried:")?;
-    for what in &exported.not_carried {
-        print(&format!("  {what}"))?;
-    }
-    print(&format!(
-        "check it: piezotact bids check {}",
-        place.display()
-    ))
+    Ok((exported, place))
 }
 
 fn sessions<'a>(study: &'a Study, live: &[&'a (SessionEntry, Plan)]) -> Outcome<Vec<Session<'a>>> {

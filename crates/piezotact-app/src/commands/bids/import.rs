@@ -13,11 +13,12 @@ use piezotact_people::association::{
 };
 use piezotact_people::campaign::protocol::{Protocol, read};
 use piezotact_report::report;
-use piezotact_study::bids::{BidsFolder, NewFolder};
+use piezotact_study::bids::{BidsFolder, Imported, NewFolder};
 
+use crate::deliver::{Outputs, deliver_and};
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::{Between, interrupted};
-use crate::output::print;
+use crate::places::outputs;
 use crate::progress::{Words, Work};
 
 const READING: Words = Words {
@@ -35,14 +36,17 @@ pub(super) struct Arguments {
     /// The folder to write: recordings/, eeg/, drives/, answers.csv, orders.csv, trials.csv, evidence.csv, participants.csv and protocol.toml.
     #[arg(long, value_name = "FOLDER")]
     out: PathBuf,
+    #[command(flatten)]
+    outputs: Outputs,
 }
 
 pub(super) fn run(args: &Arguments) -> Outcome {
     let dataset = BidsFolder::open(&args.folder)?;
     dataset.require_outside(&args.out)?;
+    outputs(&[], &args.outputs.files())?;
     let mut out = NewFolder::beside(&args.out)?;
     let [recordings, drives] = copied(&dataset, &mut out)?;
-    let brains = brains(&dataset, &mut out)?;
+    let eeg_recordings = brains(&dataset, &mut out)?;
     let behaviour = dataset.behaviour()?;
     let protocol = protocol(&dataset)?;
     let answers = answers(&behaviour)?;
@@ -55,20 +59,15 @@ pub(super) fn run(args: &Arguments) -> Outcome {
         out.put_text("protocol.toml", &text)?;
     }
     out.commit()?;
-    let left = left_out(&dataset, &behaviour, &answers);
-    print(&format!(
-        "{}: {}, {}, {} and {} of {}",
-        args.out.display(),
-        counted(recordings, "recording"),
-        counted(brains, "EEG recording"),
-        counted(drives, "drive"),
-        counted(answers.len(), "answer"),
-        args.folder.display()
-    ))?;
-    for line in left {
-        print(&format!("not imported: {line}"))?;
-    }
-    Ok(())
+    let imported = Imported {
+        dataset: args.folder.clone(),
+        recordings,
+        eeg_recordings,
+        drives,
+        answers: answers.len(),
+        not_imported: left_out(&dataset, &behaviour, &answers),
+    };
+    deliver_and(&args.outputs, &imported, &[&args.out])
 }
 
 /// Copies the files of EEG, which name each other; gives how many recordings they are.

@@ -7,14 +7,11 @@ use piezotact_people::eeg::counts::EegEpochs;
 use piezotact_people::eeg::prepare::{PrepareConfig, PrepareError, Prepared, prepare_at};
 use piezotact_people::eeg::reference::Montage;
 use piezotact_people::eeg::source::{Segment, Subject};
-use piezotact_report::report::{self, html};
 
 use super::options::{Preparing, Span};
 use super::{Source, of_file, outputs_beside};
-use crate::advice::OptionWords;
+use crate::deliver::{Outputs, deliver};
 use crate::failure::{Failure, Outcome, usage};
-use crate::invocation::write_report;
-use crate::output::{print, print_document, say_warnings, write_text};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
@@ -34,42 +31,15 @@ pub(crate) struct Arguments {
     min_epochs: usize,
     #[command(flatten)]
     preparing: Preparing,
-    /// Writes how many epochs there are: one row for each condition.
-    #[arg(long, value_name = "EPOCHS.csv")]
-    csv: Option<PathBuf>,
-    /// Writes a report.
-    #[arg(long, value_name = "REPORT.html")]
-    report: Option<PathBuf>,
-    /// Prints the result as JSON.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    outputs: Outputs,
 }
 
 pub(crate) fn run(args: &Arguments) -> Outcome {
-    let written: Vec<&Path> = [&args.report, &args.csv]
-        .into_iter()
-        .flatten()
-        .map(PathBuf::as_path)
-        .collect();
     let mut read = vec![args.file.as_path()];
     read.extend(args.preparing.events.as_deref());
-    outputs_beside(&read, &written)?;
-    let found = found(args)?;
-    if let Some(path) = &args.csv {
-        write_text(path, &report::csv(&found.counts.table())?)?;
-    }
-    if let Some(path) = &args.report {
-        write_report(path, &html(&found.page(), &OptionWords)?)?;
-    }
-    if args.json {
-        return print_document(&found);
-    }
-    print(&text(&found)?)?;
-    for path in written {
-        print(&format!("wrote {}", path.display()))?;
-    }
-    say_warnings(&found.warnings);
-    Ok(())
+    outputs_beside(&read, &args.outputs.files())?;
+    deliver(&args.outputs, &found(args)?)
 }
 
 fn found(args: &Arguments) -> Outcome<EegEpochs> {
@@ -110,13 +80,4 @@ pub(super) fn prepared(
             other => other,
         }
     })
-}
-
-fn text(found: &EegEpochs) -> Outcome<String> {
-    let mut parts = vec![found.sentence(), report::text(&found.counts.table())?];
-    if let Some(refused) = found.counts.refused_table() {
-        parts.push(report::text(&refused)?);
-    }
-    parts.push(found.config.steps().join("\n"));
-    Ok(parts.join("\n\n"))
 }

@@ -9,17 +9,15 @@ use piezotact_people::eeg::person::{EegErd, PersonConfig, PersonError, Positions
 use piezotact_people::eeg::reference::Montage;
 use piezotact_people::eeg::source::is_lettered;
 use piezotact_people::eeg::tfr::TfrConfig;
-use piezotact_report::report::{self, html};
 
 use super::epochs::prepared;
 use super::options::{
     BandOption, CyclesOption, OrderOption, Preparing, RegionOption, Span, covering,
 };
 use super::{Source, of_file, outputs_beside, subject};
-use crate::advice::OptionWords;
+use crate::deliver::{Outputs, deliver_and};
 use crate::failure::{Outcome, usage};
-use crate::invocation::write_report;
-use crate::output::{document_text, print, print_document, say_warnings, write_text};
+use crate::output::{document_text, write_text};
 use crate::places::has_ending;
 
 /// Regions where none is stated: those of these that were recorded.
@@ -78,50 +76,28 @@ pub(crate) struct Arguments {
     electrodes: Option<PathBuf>,
     #[command(flatten)]
     preparing: Preparing,
-    /// Writes the result for `piezotact eeg stats` (.json), or a table of all changes (.csv).
-    #[arg(long, value_name = "OUT.json|OUT.csv")]
+    /// Writes the result for `piezotact eeg stats`.
+    #[arg(long, value_name = "OUT.json")]
     out: Option<PathBuf>,
-    /// Writes a report with scalp and time–frequency maps.
-    #[arg(long, value_name = "REPORT.html")]
-    report: Option<PathBuf>,
-    /// Prints the result as JSON.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    outputs: Outputs,
 }
 
 pub(crate) fn run(args: &Arguments) -> Outcome {
-    let written: Vec<&Path> = [&args.report, &args.out]
-        .into_iter()
-        .flatten()
-        .map(PathBuf::as_path)
-        .collect();
+    let out: Vec<&Path> = args.out.iter().map(PathBuf::as_path).collect();
+    let written = [out.clone(), args.outputs.files()].concat();
     let mut read = vec![args.file.as_path()];
     read.extend(args.electrodes.as_deref());
     read.extend(args.preparing.events.as_deref());
     outputs_beside(&read, &written)?;
     if let Some(path) = &args.out {
-        has_ending(path, &["json", "csv"])?;
+        has_ending(path, &["json"])?;
     }
     let found = found(args)?;
     if let Some(path) = &args.out {
-        let text = match has_ending(path, &["json", "csv"])? {
-            "csv" => report::csv(&found.all_table())?,
-            _ => document_text(&found, Some(path))? + "\n",
-        };
-        write_text(path, &text)?;
+        write_text(path, &(document_text(&found, Some(path))? + "\n"))?;
     }
-    if let Some(path) = &args.report {
-        write_report(path, &html(&found.page(), &OptionWords)?)?;
-    }
-    if args.json {
-        return print_document(&found);
-    }
-    print(&text(&found)?)?;
-    for path in written {
-        print(&format!("wrote {}", path.display()))?;
-    }
-    say_warnings(&found.warnings);
-    Ok(())
+    deliver_and(&args.outputs, &found, &out)
 }
 
 fn found(args: &Arguments) -> Outcome<EegErd> {
@@ -209,19 +185,4 @@ fn positions(args: &Arguments) -> Outcome<Positions> {
         )));
     }
     Ok(Positions::Measured(montage))
-}
-
-fn text(found: &EegErd) -> Outcome<String> {
-    let mut parts = vec![
-        format!("{}: {}", found.file, found.subject),
-        found.sentences().join("\n"),
-        "Negative: desynchronisation".to_owned(),
-        found.counts.sentence(),
-    ];
-    parts.extend(found.preparation.steps());
-    parts.extend(found.no_map_sentence());
-    if let Some(refused) = found.counts.refused_table() {
-        parts.push(report::text(&refused)?);
-    }
-    Ok(parts.join("\n"))
 }

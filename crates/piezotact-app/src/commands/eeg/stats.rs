@@ -7,17 +7,14 @@ use clap::{Args, ValueEnum};
 use piezotact::document;
 use piezotact_dataset::read_input_text;
 use piezotact_people::eeg::erd::Mode;
-use piezotact_people::eeg::group::{EegStats, GroupConfig, GroupError, compare};
+use piezotact_people::eeg::group::{GroupConfig, GroupError, compare};
 use piezotact_people::eeg::person::EegErd;
-use piezotact_report::report::{self, html};
 
 use super::of_file;
-use crate::advice::OptionWords;
+use crate::deliver::{Outputs, deliver};
 use crate::failure::{Failure, Outcome, usage};
-use crate::invocation::write_report;
 use crate::made::Made;
 use crate::memory::reading_fits;
-use crate::output::{print, print_document, say_warnings, write_text};
 use crate::places::outputs;
 
 #[derive(Debug, Args)]
@@ -49,15 +46,8 @@ pub(crate) struct Arguments {
     /// The seed of sign flips that are drawn.
     #[arg(long, value_name = "SEED", default_value_t = 1)]
     seed: u64,
-    /// Writes the contrasts: one row each.
-    #[arg(long, value_name = "CONTRASTS.csv")]
-    csv: Option<PathBuf>,
-    /// Writes a report.
-    #[arg(long, value_name = "REPORT.html")]
-    report: Option<PathBuf>,
-    /// Prints the result as JSON.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    outputs: Outputs,
 }
 
 /// The unit of changes.
@@ -70,13 +60,8 @@ enum UnitOption {
 }
 
 pub(crate) fn run(args: &Arguments) -> Outcome {
-    let written: Vec<&Path> = [&args.report, &args.csv]
-        .into_iter()
-        .flatten()
-        .map(PathBuf::as_path)
-        .collect();
     let read: Vec<&Path> = args.files.iter().map(PathBuf::as_path).collect();
-    outputs(&read, &written)?;
+    outputs(&read, &args.outputs.files())?;
     let documents = read.iter().map(|path| document(path));
     let only = |document: Outcome<EegErd>| document?.only(&args.band, &args.region).map_err(usage);
     let documents = documents.map(only).collect::<Outcome<Vec<EegErd>>>()?;
@@ -84,21 +69,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         GroupError::NoTask { .. } | GroupError::OneStep | GroupError::Margin => usage(error),
         error => Failure::Data(anyhow!(error)),
     })?;
-    if let Some(path) = &args.csv {
-        write_text(path, &report::csv(&found.contrasts_table())?)?;
-    }
-    if let Some(path) = &args.report {
-        write_report(path, &html(&found.page(), &OptionWords)?)?;
-    }
-    if args.json {
-        return print_document(&found);
-    }
-    print(&text(&found))?;
-    for path in written {
-        print(&format!("wrote {}", path.display()))?;
-    }
-    say_warnings(&found.warnings);
-    Ok(())
+    deliver(&args.outputs, &found)
 }
 
 fn document(path: &Path) -> Outcome<EegErd> {
@@ -124,27 +95,4 @@ fn config(args: &Arguments) -> GroupConfig {
         flips: args.flips,
         seed: args.seed,
     }
-}
-
-fn text(found: &EegStats) -> String {
-    let mut lines = vec![
-        found.sentence(),
-        found.epochs_sentence(),
-        found.settings_sentence(),
-    ];
-    lines.extend(found.task_sentences());
-    lines.extend(found.withheld_sentence().map(str::to_owned));
-    lines.extend(found.gradients.iter().map(|one| one.sentence()));
-    lines.extend(
-        found
-            .first_contrasts()
-            .map(|one| one.sentence(found.config.unit)),
-    );
-    lines.extend(
-        found
-            .clusters
-            .iter()
-            .map(|one| format!("Clusters, {}", one.sentence())),
-    );
-    lines.join("\n")
 }

@@ -207,7 +207,10 @@ pub(super) fn folders(wanted: &[Option<&Path>]) -> Outcome<Vec<PathBuf>> {
         }
         if !folder.is_dir() {
             std::fs::create_dir_all(folder).map_err(|error| {
-                anyhow!("cannot create the folder {}: {error}", folder.display())
+                anyhow!(
+                    "cannot create the folder {}: {error}; check the path",
+                    folder.display()
+                )
             })?;
             made.push(folder.to_path_buf());
         }

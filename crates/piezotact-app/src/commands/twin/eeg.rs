@@ -7,7 +7,7 @@ use piezotact::Warning;
 use piezotact::recording::Recording;
 use piezotact::run::{Acquired, TwinRecorded};
 use piezotact_dataset::eeg::{markers_of, write_brainvision, write_edf};
-use piezotact_dataset::write_recording;
+use piezotact_dataset::{WriteError, write_recording};
 use piezotact_twin::eeg::{EegProtocol, Task, record};
 use piezotact_twin::{Participant, TwinParameters};
 
@@ -64,28 +64,28 @@ fn protocol(args: &Record, parameters: &TwinParameters) -> Outcome<EegProtocol> 
     })
 }
 
-/// Refuses outputs that cannot be. Where a `BrainVision` recording stands, its header leads to the samples beside it, so that it cannot be
-/// set aside as one file.
+/// Refuses outputs that cannot be.
 fn can_be_kept(args: &Record, ending: &str) -> Outcome {
     let read: Vec<&Path> = args.who.twin.as_deref().into_iter().collect();
     if ending != "vhdr" {
         return outputs(&read, &[&args.out]);
     }
     let written = ["vhdr", "eeg", "vmrk"].map(|ending| args.out.with_extension(ending));
-    outputs(&read, &written.each_ref().map(std::path::PathBuf::as_path))?;
-    match written.iter().find(|file| file.exists()) {
-        Some(file) => Err(usage(anyhow!(
-            "expected no recording of this name, found {}; give --out another name",
-            file.display()
-        ))),
-        None => Ok(()),
-    }
+    outputs(&read, &written.each_ref().map(std::path::PathBuf::as_path))
 }
 
 /// Writes `recording` in the format of its ending; what the format does not carry.
 fn write(out: &Path, ending: &str, recording: &Recording) -> Outcome<Vec<Warning>> {
     if ending == "vhdr" {
-        return Ok(write_brainvision(out, recording, &markers_of(recording))?);
+        let written = write_brainvision(out, recording, &markers_of(recording));
+        return written.map_err(|error| match error {
+            WriteError::Differs { path, .. } => usage(anyhow!(
+                "{} is of another recording, and the three files of a header name each other, so that none is set aside; give --out \
+                 another name",
+                path.display()
+            )),
+            error => error.into(),
+        });
     }
     let earlier = Earlier::at(out, "the earlier recording")?;
     let warnings = match ending {

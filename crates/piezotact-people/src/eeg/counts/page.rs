@@ -1,7 +1,7 @@
 //! Epochs in sentences, tables and a report.
 
 use piezotact::number::{counted, rounded};
-use piezotact::page::{Block, Cell, Column, Page, Table};
+use piezotact::page::{Block, Cell, Column, Page, Shown, Table};
 
 use super::EegEpochs;
 use crate::eeg::prepare::{EpochCounts, PrepareConfig};
@@ -145,14 +145,10 @@ impl EegEpochs {
             rounded(self.rate_hz.hz())
         )
     }
+}
 
-    /// The report.
-    #[must_use]
-    pub fn page(&self) -> Page {
-        let conclusion = Block::Conclusion {
-            text: self.sentence(),
-            outcome: None,
-        };
+impl Shown for EegEpochs {
+    fn page(&self) -> Page {
         let steps = Block::Steps {
             steps: self.config.steps(),
         };
@@ -162,17 +158,9 @@ impl EegEpochs {
             format!("EEG epochs: {}", self.file),
             self.subject.to_string(),
         )
-        .section(
-            "",
-            [
-                conclusion,
-                Block::Text {
-                    text: self.counts.sentence(),
-                },
-            ],
-        )
-        .section("How epochs were made", [steps])
+        .section("", [Block::conclusion(self.sentence(), None)])
         .section("Epochs by condition", counts)
+        .section("How epochs were made", [steps])
         .warnings(&self.warnings)
     }
 }

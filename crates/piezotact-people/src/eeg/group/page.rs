@@ -3,7 +3,7 @@
 use piezotact::criterion::Outcome;
 use piezotact::figure::{Axis, Chart, Figure, Line, Maps, Mark, Scale, Tone};
 use piezotact::number::{counted, digits, p_text, plus, rounded, signed};
-use piezotact::page::{Block, Cell, Column, Page, Table};
+use piezotact::page::{self, Block, Cell, Column, Number, Page, Table};
 
 use super::contrasts::unit_of;
 use super::people::unequal;
@@ -201,17 +201,18 @@ impl EegStats {
         )
     }
 
-    /// How many epochs each task has, in one sentence.
-    #[must_use]
-    pub fn epochs_sentence(&self) -> String {
-        let each = self.epochs.iter().map(|one| match one.fewest == one.most {
-            true => format!("{} {}", one.task, one.most),
-            false => format!("{} {} to {}", one.task, one.fewest, one.most),
+    /// How many people there are, and how many epochs each task has.
+    pub(super) fn numbers(&self) -> Vec<Number> {
+        let people = Number::new(self.participants.len().to_string(), "participants");
+        let epochs = self.epochs.iter().map(|one| {
+            let count = match one.fewest == one.most {
+                true => one.most.to_string(),
+                false => format!("{} to {}", one.fewest, one.most),
+            };
+            let name = format!("epochs of each participant and surface, {}", one.task);
+            Number::new(count, name)
         });
-        format!(
-            "Epochs of each participant and surface: {}",
-            each.collect::<Vec<_>>().join(", ")
-        )
+        std::iter::once(people).chain(epochs).collect()
     }
 
     /// What every number depends on: window, bands, regions, what signs mean, and the margin where there is one.
@@ -596,41 +597,35 @@ impl EegStats {
              they may differ and be alike within the margin. An order holds where each of its steps differs in its direction."
         )
     }
+}
 
-    /// The report.
-    #[must_use]
-    pub fn page(&self) -> Page {
-        let mut first: Vec<Block> = [self.epochs_sentence(), self.settings_sentence()]
-            .map(|text| Block::Text { text })
-            .to_vec();
-        let withheld = self.withheld_sentence();
-        first.extend(withheld.map(|text| Block::Text {
-            text: text.to_owned(),
-        }));
+impl page::Shown for EegStats {
+    fn page(&self) -> Page {
         let outcomes = self.gradients.iter();
-        first.extend(outcomes.map(|gradient| Block::Conclusion {
-            text: gradient.sentence(),
-            outcome: Some(gradient.outcome()),
-        }));
+        let mut first: Vec<Block> = outcomes
+            .map(|gradient| Block::conclusion(gradient.sentence(), gradient.outcome()))
+            .collect();
         // What is found, where no order is claimed.
         if self.gradients.is_empty() {
-            first.extend(self.first_contrasts().map(|one| Block::Conclusion {
-                text: one.short_sentence(self.config.unit),
-                outcome: Some(one.outcome()),
-            }));
+            first.extend(
+                self.first_contrasts().map(|one| {
+                    Block::conclusion(one.short_sentence(self.config.unit), one.outcome())
+                }),
+            );
         }
-        first.extend(self.clusters.iter().map(|one| Block::Conclusion {
-            text: one.short_sentence(),
-            outcome: Some(one.outcome()),
-        }));
-        let sentences = self.first_contrasts().map(|one| Block::Text {
-            text: one.sentence(self.config.unit),
-        });
+        first.extend(
+            (self.clusters.iter())
+                .map(|one| Block::conclusion(one.short_sentence(), one.outcome())),
+        );
+        let withheld = self.withheld_sentence();
+        first.extend(withheld.map(|text| Block::conclusion(text, None)));
+        first.push(Block::numbers(self.numbers()));
+        first.push(Block::text(self.settings_sentence()));
+        let sentences = self.first_contrasts();
+        let sentences = sentences.map(|one| Block::text(one.sentence(self.config.unit)));
         let mut contrasts: Vec<Block> = sentences.collect();
         contrasts.push(Block::Table(self.page_table()));
-        contrasts.push(Block::Note {
-            text: Self::rules(),
-        });
+        contrasts.push(Block::note(Self::rules()));
         let mut people = Vec::new();
         for band in &self.measured.bands {
             for region in &self.measured.regions {
@@ -645,17 +640,13 @@ impl EegStats {
         Page::new("EEG desynchronisation over participants", self.sentence())
             .section("", first)
             .section("Tasks and surfaces", people)
-            .section(
-                "Means",
-                self.task_sentences()
-                    .into_iter()
-                    .map(|text| Block::Text { text }),
-            )
+            .section("Means", self.task_sentences().into_iter().map(Block::text))
             .section("Contrasts", contrasts)
             .section("Clusters", self.cluster_blocks())
             .section("Scalp", self.scalp_figures())
             .section("Criteria", [Block::Table(Table::of_criteria(criteria))])
             .section("Participants", [Block::Table(self.people_table())])
             .warnings(&self.warnings)
+            .rows(self.contrasts_table())
     }
 }

@@ -402,10 +402,19 @@ fn unequal_numbers_of_epochs_are_said() {
     let decibels = compare(&all, &in_db).unwrap();
     assert!(decibels.withheld_sentence().is_none());
     assert!(!decibels.contrasts.iter().all(undecided));
-    let said = found.epochs_sentence();
-    assert!(
-        said.ends_with("control 60, imagery 12, natural 60"),
-        "{said}"
+    let epochs: Vec<String> = (found.numbers().into_iter())
+        .map(|one| format!("{}: {}", one.name, one.value))
+        .collect();
+    let task = |name: &str, count: usize| {
+        format!("epochs of each participant and surface, {name}: {count}")
+    };
+    assert_eq!(
+        epochs[1..],
+        [
+            task("control", 60),
+            task("imagery", 12),
+            task("natural", 60)
+        ]
     );
 }
 

@@ -1,7 +1,7 @@
 //! What a file of EEG holds, in sentences, tables and a report.
 
 use piezotact::number::{counted, digits, plus, rounded};
-use piezotact::page::{Block, Cell, Column, Number, Page, Table};
+use piezotact::page::{Block, Cell, Column, Number, Page, Shown, Table};
 
 use super::{ChannelInfo, EegInfo};
 use crate::eeg::source::SignalKind;
@@ -54,27 +54,19 @@ impl EegInfo {
         }
     }
 
-    /// Which channels are flat, saturated or frozen, and which hold the mains.
-    #[must_use]
-    pub fn signal_sentences(&self) -> Vec<String> {
+    /// Which channels are flat, saturated or frozen, and which hold the mains: a conclusion for each that was found, and a text
+    /// about the others.
+    fn signal_blocks(&self) -> Vec<Block> {
         let named = |of: &dyn Fn(&ChannelInfo) -> Option<String>| -> Vec<String> {
             self.channels.iter().filter_map(of).collect()
         };
         let percent = |share: f64| format!("{} %", digits(100.0 * share));
-        let flat = named(&|c| c.flat.then(|| c.name.clone()));
-        let limited = named(&|c| {
-            let share = c.saturated_share;
-            (share > 0.0).then(|| format!("{} ({})", c.name, percent(share)))
-        });
-        let frozen = named(&|c| {
-            let share = c.frozen_share;
-            (share > 0.0).then(|| format!("{} ({})", c.name, percent(share)))
-        });
-        let missing = named(&|c| {
-            let share = c.missing_share;
-            (share > 0.0).then(|| format!("{} ({})", c.name, percent(share)))
-        });
-        let bad = named(&|c| c.bad.then(|| c.name.clone()));
+        let shared = |of: fn(&ChannelInfo) -> f64| {
+            named(&|c| {
+                let share = of(c);
+                (share > 0.0).then(|| format!("{} ({} of samples)", c.name, percent(share)))
+            })
+        };
         let mains = named(&|c| {
             let hz = c.mains_hz?;
             Some(format!(
@@ -84,21 +76,34 @@ impl EegInfo {
                 percent(c.mains_share)
             ))
         });
-        let listed = |what: &str, found: Vec<String>| match found.is_empty() {
-            true => format!("{what}: none"),
-            false => format!("{what}: {}", found.join(", ")),
-        };
-        vec![
-            listed("Flat channels", flat),
-            listed("Channels at a limit (share of samples)", limited),
-            listed(
-                "Channels that hold one value for a while (share of samples)",
-                frozen,
+        let looked_for = [
+            ("that are flat", named(&|c| c.flat.then(|| c.name.clone()))),
+            ("at a limit", shared(|c| c.saturated_share)),
+            (
+                "that hold one value for a while",
+                shared(|c| c.frozen_share),
             ),
-            listed("Channels with samples that are no numbers (share)", missing),
-            listed("Mains (share of the power)", mains),
-            listed("Called bad by the table beside the file", bad),
-        ]
+            (
+                "with samples that are no numbers",
+                shared(|c| c.missing_share),
+            ),
+            ("with mains (share of the power)", mains),
+            (
+                "called bad by the table beside the file",
+                named(&|c| c.bad.then(|| c.name.clone())),
+            ),
+        ];
+        let (none, found): (Vec<_>, Vec<_>) =
+            (looked_for.into_iter()).partition(|(_, found)| found.is_empty());
+        let found = found.into_iter().map(|(what, names)| {
+            Block::conclusion(format!("Channels {what}: {}", names.join(", ")), None)
+        });
+        let mut blocks: Vec<Block> = found.collect();
+        if !none.is_empty() {
+            let none: Vec<&str> = none.into_iter().map(|(what, _)| what).collect();
+            blocks.push(Block::text(format!("No channels {}", none.join("; "))));
+        }
+        blocks
     }
 
     /// The tasks that markers name; nothing where there is one or none.
@@ -207,31 +212,26 @@ impl EegInfo {
             .collect();
         table
     }
+}
 
-    /// The report.
-    #[must_use]
-    pub fn page(&self) -> Page {
-        let conclusion = Block::Conclusion {
-            text: self.sentence(),
-            outcome: None,
-        };
+impl Shown for EegInfo {
+    fn page(&self) -> Page {
         let mut first = vec![
-            conclusion,
-            Block::Text {
-                text: self.montage_sentence(),
-            },
+            Block::conclusion(self.sentence(), None),
+            Block::conclusion(self.montage_sentence(), None),
         ];
-        let sentences = self.signal_sentences().into_iter();
-        first.extend(
-            sentences
-                .chain(self.tasks_sentence())
-                .map(|text| Block::Text { text }),
-        );
+        let tasks = self.tasks_sentence();
+        first.extend(tasks.map(|text| Block::conclusion(text, None)));
+        if self.markers.is_empty() {
+            let text = "No marker: no epoch can be cut. Check that the triggers were recorded.";
+            first.push(Block::conclusion(text, None));
+        }
+        first.extend(self.signal_blocks());
         let started = self.started_at.as_ref();
         let origin = started.map_or_else(String::new, |at| format!("recorded from {at}"));
         let mut page = Page::new(format!("EEG file: {}", self.file), origin).section("", first);
         if let Some(clock) = &self.clock {
-            let numbers = vec![
+            let numbers = [
                 Number::new(
                     format!("{} ppm", plus(clock.drift_ppm, 2)),
                     "drift of the second clock",
@@ -249,23 +249,16 @@ impl EegInfo {
             page = page.section(
                 "Clock of the other file",
                 [
-                    Block::Text {
-                        text: clock.sentence(),
-                    },
-                    Block::Numbers { numbers },
+                    Block::conclusion(clock.sentence(), None),
+                    Block::numbers(numbers),
                 ],
             );
         }
-        let markers = match self.markers.is_empty() {
-            true => Block::Text {
-                text: "No marker: no epoch can be cut. Check that the triggers were recorded."
-                    .into(),
-            },
-            false => Block::Table(self.markers_table()),
-        };
-        page.section("Markers", [markers])
+        let markers = (!self.markers.is_empty()).then(|| Block::Table(self.markers_table()));
+        page.section("Markers", markers)
             .section("Parts without a gap", [Block::Table(self.parts_table())])
             .section("Channels", [Block::Table(self.channels_table())])
             .warnings(&self.warnings)
+            .rows(self.channels_table())
     }
 }

@@ -2,7 +2,7 @@
 
 use piezotact::figure::{Figure, Maps};
 use piezotact::number::{counted, plus, rounded};
-use piezotact::page::{Block, Cell, Column, Page, Table};
+use piezotact::page::{Block, Cell, Column, Number, Page, Shown, Table};
 
 use super::{Change, EegErd, NamedBand, PersonConfig, head_map, time_frequency_panel};
 use crate::eeg::erd::Order;
@@ -46,17 +46,27 @@ impl NamedBand {
     }
 }
 
+impl Order {
+    /// What is averaged first, in words.
+    fn words(self) -> &'static str {
+        match self {
+            Self::PowerFirst => "power averaged over epochs, then divided by the baseline",
+            Self::PercentOfEachEpoch => {
+                "percentage of each epoch, then averaged: biased towards synchronisation"
+            }
+        }
+    }
+}
+
 impl PersonConfig {
     /// The baseline with what is averaged first: it stands with every number.
     #[must_use]
     pub fn baseline_text(&self) -> String {
-        let order = match self.order {
-            Order::PowerFirst => "power averaged over epochs, then divided by the baseline",
-            Order::PercentOfEachEpoch => {
-                "percentage of each epoch, then averaged: biased towards synchronisation"
-            }
-        };
-        format!("baseline {}, {order}", span_text(self.baseline_s))
+        format!(
+            "baseline {}, {}",
+            span_text(self.baseline_s),
+            self.order.words()
+        )
     }
 
     /// What is estimated, one line each.
@@ -100,23 +110,6 @@ impl EegErd {
         own.map_or_else(|| name.to_owned(), NamedBand::text)
     }
 
-    /// One change with all that it depends on.
-    #[must_use]
-    pub fn change_sentence(&self, change: &Change) -> String {
-        format!(
-            "{}, {}, {}: {} % ({} dB) in the window {} [{}; {}; {}]",
-            change.surface,
-            change.place,
-            self.band(&change.band),
-            plus(change.percent, 1),
-            plus(change.decibels, 2),
-            span_text(self.config.window_s),
-            self.config.baseline_text(),
-            self.smear_text(&change.band),
-            counted(change.epochs, "epoch")
-        )
-    }
-
     /// One change with its baseline and what is averaged first, for a place where window and smear stand beside it.
     fn short_sentence(&self, change: &Change) -> String {
         let order = match self.config.order {
@@ -136,17 +129,22 @@ impl EegErd {
     }
 
     /// The window, the baseline and the smear of each band, which all values share.
-    fn shared_sentence(&self) -> String {
-        let smears = self
-            .smears
-            .iter()
-            .map(|smear| format!("{}: {}", smear.band, self.smear_text(&smear.band)));
-        format!(
-            "Window {}; {}; {}. Negative: desynchronisation.",
-            span_text(self.config.window_s),
-            self.config.baseline_text(),
-            smears.collect::<Vec<_>>().join("; ")
-        )
+    fn shared_numbers(&self) -> Vec<Number> {
+        let order = self.config.order.words();
+        let mut numbers = vec![
+            Number::new(span_text(self.config.window_s), "window"),
+            Number::new(
+                span_text(self.config.baseline_s),
+                format!("baseline, {order}"),
+            ),
+        ];
+        numbers.extend(self.smears.iter().map(|smear| {
+            Number::new(
+                format!("±{:.0} ms", 1e3 * smear.smear_s),
+                format!("smear of {} (1 SD of the longest wavelet)", smear.band),
+            )
+        }));
+        numbers
     }
 
     /// The changes in regions for a page whose title says who and what they are of; baseline and window as one cell each.
@@ -169,15 +167,6 @@ impl EegErd {
         table
     }
 
-    /// Each region, one sentence each.
-    #[must_use]
-    pub fn sentences(&self) -> Vec<String> {
-        self.regions
-            .iter()
-            .map(|change| self.change_sentence(change))
-            .collect()
-    }
-
     /// The changes in regions, or at electrodes: one row each, with all that it depends on.
     fn table_of(&self, changes: &[Change]) -> Table {
         let mut table = Table::new([
@@ -186,7 +175,7 @@ impl EegErd {
             Column::new("surface", "surface"),
             Column::new("band", "band"),
             Column::new("place", "place"),
-            Column::new("ERD/ERS, %", "percent"),
+            Column::new("ERD (−) or ERS (+), %", "percent"),
             Column::new("dB", "decibels"),
             Column::new("bias, points", "bias_points"),
             Column::new("epochs", "epochs"),
@@ -325,18 +314,15 @@ impl EegErd {
             )
         })
     }
+}
 
-    /// The report.
-    #[must_use]
-    pub fn page(&self) -> Page {
-        let conclusions = self.regions.iter().map(|one| Block::Conclusion {
-            text: self.short_sentence(one),
-            outcome: None,
-        });
-        let shared = Block::Text {
-            text: self.shared_sentence(),
-        };
-        let first: Vec<Block> = conclusions.chain([shared]).collect();
+impl Shown for EegErd {
+    fn page(&self) -> Page {
+        let conclusions = self.regions.iter();
+        let mut first: Vec<Block> = conclusions
+            .map(|one| Block::conclusion(self.short_sentence(one), None))
+            .collect();
+        first.push(Block::numbers(self.shared_numbers()));
         let steps = [self.preparation.steps(), self.config.steps()].concat();
         let mut scalp: Vec<Block> = self
             .config
@@ -346,12 +332,11 @@ impl EegErd {
             .map(Block::Figure)
             .collect();
         let missing = self.no_map_sentence();
-        scalp.extend(missing.map(|text| Block::Text { text }));
+        scalp.extend(missing.map(Block::text));
         if scalp.is_empty() {
-            scalp.push(Block::Text {
-                text: "No scalp map is drawn: the positions of the electrodes determine none"
-                    .into(),
-            });
+            scalp.push(Block::text(
+                "No scalp map is drawn: the positions of the electrodes determine none",
+            ));
         }
         let figures = drawn_channels(&self.channels).into_iter();
         let figures: Vec<Block> = figures
@@ -359,9 +344,7 @@ impl EegErd {
             .map(Block::Figure)
             .collect();
         let mut counts = vec![
-            Block::Text {
-                text: self.counts.sentence(),
-            },
+            Block::text(self.counts.sentence()),
             Block::Table(self.counts.table()),
         ];
         counts.extend(self.counts.refused_blocks());
@@ -376,5 +359,6 @@ impl EegErd {
         .section("Method", [Block::Steps { steps }])
         .section("Epochs", counts)
         .warnings(&self.warnings)
+        .rows(self.all_table())
     }
 }

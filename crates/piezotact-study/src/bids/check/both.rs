@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use piezotact::criterion::Outcome;
-use piezotact_people::association::{BETWEEN, Flag};
+use piezotact_people::association::{BETWEEN, DONE, Flag};
 
 use super::super::NOTHING;
 use super::super::name::TRIALS;
@@ -156,7 +156,8 @@ impl Trials {
             }
         }
         for (trial, noted) in &self.noted {
-            if !noted.response.is_empty() && !self.answered.contains_key(trial) {
+            let asks = !noted.response.is_empty() && noted.response != DONE;
+            if asks && !self.answered.contains_key(trial) {
                 let why = format!(
                     "expected trial {trial} in the table of answers, as it was answered, found none; restore its lines"
                 );
@@ -226,5 +227,32 @@ impl Trials {
                 found.add(ProblemKind::Level, &self.events, noted.line, why);
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn noted(response: &str, number: &str) -> Noted {
+        Noted {
+            line: 2,
+            response: response.to_owned(),
+            presented: "S1|S2".to_owned(),
+            seconds: "10".to_owned(),
+            number: number.to_owned(),
+            missed: "no".to_owned(),
+        }
+    }
+
+    #[test]
+    fn a_trial_that_asks_for_nothing_has_no_answer() {
+        let mut of = Trials::default();
+        of.noted.insert("A.learn".to_owned(), noted(DONE, "1"));
+        of.noted.insert("A.1".to_owned(), noted("S1", "2"));
+        let mut found = Found::default();
+        of.answers(&mut found);
+        let texts: Vec<String> = found.problems.iter().map(|one| one.text()).collect();
+        assert!(texts.len() == 1 && texts[0].contains("A.1"), "{texts:?}");
     }
 }

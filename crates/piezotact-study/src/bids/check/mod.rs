@@ -11,7 +11,6 @@ mod signals;
 mod tables;
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt;
 use std::io::BufReader;
 use std::path::Path;
 
@@ -96,26 +95,32 @@ pub struct Problem {
     pub text: String,
 }
 
-impl fmt::Display for Problem {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        plain(&self.file, f)?;
-        if let Some(line) = self.line {
-            write!(f, ":{line}")?;
+impl Problem {
+    /// The file, with the line where it is about one.
+    pub(super) fn place(&self) -> String {
+        let file = plain(&self.file);
+        match self.line {
+            Some(line) => format!("{file}:{line}"),
+            None => file,
         }
-        f.write_str(": ")?;
-        plain(&self.text, f)
+    }
+
+    /// What was expected, what was found, and what to do, without control characters.
+    pub(super) fn text(&self) -> String {
+        plain(&self.text)
     }
 }
 
 /// A text of a foreign file, whose control characters do nothing to a terminal.
-fn plain(text: &str, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+fn plain(text: &str) -> String {
+    let mut plain = String::with_capacity(text.len());
     for sign in text.chars() {
         match sign.is_control() {
-            true => write!(f, "{}", sign.escape_default())?,
-            false => write!(f, "{sign}")?,
+            true => plain.extend(sign.escape_default()),
+            false => plain.push(sign),
         }
     }
-    Ok(())
+    plain
 }
 
 /// What was found in a data set.

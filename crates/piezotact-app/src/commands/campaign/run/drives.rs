@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use anyhow::anyhow;
+use anyhow::{Context as _, anyhow};
 use piezotact::checksum::Checksum;
 use piezotact::criterion::Outcome;
 use piezotact::prepare::State;
@@ -223,7 +223,12 @@ fn require_names(plan: &Plan) -> Result<(), Failure> {
 fn take_over(from: &[PathBuf; 3], to: &[PathBuf; 3]) -> Result<(), Failure> {
     for (from, to) in from.iter().zip(to) {
         if let Some(folder) = to.parent() {
-            std::fs::create_dir_all(folder)?;
+            std::fs::create_dir_all(folder).with_context(|| {
+                format!(
+                    "cannot create the folder {}; check the disk",
+                    folder.display()
+                )
+            })?;
         }
         let pairs = [
             (from.clone(), to.clone()),

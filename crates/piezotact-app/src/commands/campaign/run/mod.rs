@@ -11,7 +11,7 @@ mod words;
 use piezotact_study::session::RunError;
 use std::path::{Path, PathBuf};
 
-use anyhow::anyhow;
+use anyhow::{Context as _, anyhow};
 use clap::{Args, ValueEnum};
 use piezotact::quantity::{Acceleration, Band, Drive, Hertz};
 use piezotact::recording::{BenchKind, StartTime};
@@ -432,7 +432,12 @@ fn stimulator(
     let rendering = &study.campaign.protocol.rendering;
     let run = session_run(&drives, &bench);
     let folder = folder.join("runs");
-    std::fs::create_dir_all(&folder)?;
+    std::fs::create_dir_all(&folder).with_context(|| {
+        format!(
+            "cannot create the folder {}; check the disk",
+            folder.display()
+        )
+    })?;
     let all = Band::new(Hertz(20.0), Hertz(1000.0)).map_err(usage)?;
     Ok(BenchStimulator {
         bench,
