@@ -246,6 +246,11 @@ fn a_kept_recording_gives_the_same_transfer_function() {
     ] {
         assert_eq!(first[key], again[key], "{key}");
     }
+    // Segments without a line in the excited band show nothing of it.
+    let short = [&transfer[..], &["--segment", "2"]].concat();
+    folder
+        .run(&short)
+        .expect_failure(2, &["a segment of 5 samples or more", "found 2"]);
 }
 
 /// A run that is killed leaves a journal that can be read, and loses less than a second of what it had
