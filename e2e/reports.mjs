@@ -10,7 +10,7 @@ const run = promisify(execFile);
 
 /// Recordings, transfer functions and textures that the reports need: each row's commands run in order.
 const material = (twin) => [
-  ["twin", "record", "--bench", "shaker", "--duration", "12s", "--out", "shaker.parquet"],
+  ["twin", "record", "--bench", "shaker", "--seconds", "12", "--out", "shaker.parquet"],
   ["characterise", "--bench", twin(2), "--seconds", "8", "--out", "tf.json", "--report", "characterise.html"],
   ["characterise", "--bench", twin(3), "--seconds", "4", "--out", "tf3.json"],
   ["characterise", "--bench", twin(2), "--seconds", "10", "--repeats", "2", "--excitation", "multisine", "--out", "multisine.json", "--report", "characterise-multisine.html"],
@@ -68,8 +68,7 @@ const brains = () => {
 const rows = (twin) => [
   [
     ["demo", "--out", "demo"],
-    ["spectrum", "demo/target.wav", "--svg", "psd.svg"],
-    ["spectrum", "demo/target.wav", "--spectrogram", "spectrogram.svg", "--max-frequency", "500"],
+    ["spectrum", "demo/target.wav", "--over-time", "--max-frequency", "500", "--report", "spectrum.html"],
     ["render", "demo/target.wav", "--transfer", "tf.json", "--level", "fit", "--out", "drive.wav"],
     ["play", "drive.wav", "--bench", twin(2), "--record", "measured.parquet"],
     ["sound", "burst", "drive.wav", "--out", "bursts.wav"],

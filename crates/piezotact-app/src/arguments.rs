@@ -10,15 +10,13 @@ use piezotact::invocation::Setting;
 
 /// The arguments that name what a command writes, whatever the command: files, or folders for files. A test holds every argument
 /// that is a path against this list.
-pub(crate) const OUTPUTS: [&str; 9] = [
+pub(crate) const OUTPUTS: [&str; 7] = [
     "out",
     "record",
     "report",
     "figures",
     "tables",
     "csv",
-    "svg",
-    "spectrogram",
     "write_cuts",
 ];
 

@@ -239,9 +239,6 @@ pub(crate) struct Info {
 pub(crate) struct Spectrum {
     /// A recording.
     pub(crate) file: PathBuf,
-    /// The file to which --json or --csv is written instead of standard output.
-    #[arg(requires = "form", conflicts_with_all = ["svg", "spectrogram"])]
-    pub(crate) out: Option<PathBuf>,
     /// The channel; optional if there is only one, or only one of acceleration.
     #[arg(long)]
     pub(crate) channel: Option<String>,
@@ -249,47 +246,37 @@ pub(crate) struct Spectrum {
     /// for the drift.
     #[arg(
         long,
-        conflicts_with_all = ["out", "segment", "overlap", "window", "median", "svg", "spectrogram"]
+        conflicts_with_all = ["segment", "overlap", "window", "median", "over_time"]
     )]
     pub(crate) rest: bool,
     /// The band of the rms of --rest, in Hz; default: 10..1000, as far as the rate allows.
     #[arg(long, value_name = "LOW..HIGH", requires = "rest")]
     pub(crate) band: Option<Band>,
-    /// Writes a report of --rest.
-    #[arg(long, value_name = "OUT.html", requires = "rest")]
-    pub(crate) report: Option<PathBuf>,
-    /// Samples in a segment; default 1024, and about 0.1 s for --spectrogram.
+    /// Samples in a segment; default 1024, and about 0.1 s for --over-time.
     #[arg(long, value_name = "SAMPLES")]
     pub(crate) segment: Option<usize>,
-    /// Overlap of consecutive segments, as a fraction of a segment; default 0.5, and 0.875 for --spectrogram.
+    /// Overlap of consecutive segments, as a fraction of a segment; default 0.5, and 0.875 for --over-time.
     #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
     pub(crate) overlap: Option<f64>,
     /// hann, hamming, blackman, blackman-harris, flat-top or rectangular.
     #[arg(long, default_value = "hann")]
     pub(crate) window: Window,
     /// Averages the segments by their median instead of their mean: robust against isolated disturbances.
-    #[arg(long, conflicts_with = "spectrogram")]
+    #[arg(long)]
     pub(crate) median: bool,
-    #[command(flatten)]
-    pub(crate) reading: Reading,
-    /// Prints `frequency_hz` and `psd` as JSON.
-    #[arg(long, group = "form")]
-    pub(crate) json: bool,
-    /// Prints frequency and PSD as CSV; with --rest also the amplitude density.
-    #[arg(long, group = "form")]
-    pub(crate) csv: bool,
-    /// Writes a figure.
-    #[arg(long, group = "form", value_name = "OUT")]
-    pub(crate) svg: Option<PathBuf>,
-    /// Writes a figure of the PSD over time.
-    #[arg(long, group = "form", value_name = "OUT.svg")]
-    pub(crate) spectrogram: Option<PathBuf>,
-    /// The highest frequency of --spectrogram, in Hz; default: half the sampling rate, but at most 1000.
+    /// Adds a figure of the PSD over time (spectrogram) to the report.
+    #[arg(long, requires = "report")]
+    pub(crate) over_time: bool,
+    /// The highest frequency of --over-time, in Hz; default: half the sampling rate, but at most 1000.
     #[arg(
         long,
         value_name = "HZ",
-        requires = "spectrogram",
+        requires = "over_time",
         allow_negative_numbers = true
     )]
     pub(crate) max_frequency: Option<f64>,
+    #[command(flatten)]
+    pub(crate) reading: Reading,
+    #[command(flatten)]
+    pub(crate) outputs: Outputs,
 }

@@ -75,7 +75,7 @@ pub(crate) fn deliver_and<T: Shown + Content>(
 }
 
 /// Writes the report and the table that `outputs` ask for.
-fn write(outputs: &Outputs, page: &Page) -> Outcome {
+pub(crate) fn write(outputs: &Outputs, page: &Page) -> Outcome {
     if let Some(path) = &outputs.csv {
         let Some(table) = page.csv_table() else {
             return Err(usage(anyhow!(

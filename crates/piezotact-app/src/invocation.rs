@@ -138,6 +138,20 @@ fn of_results(results: &str, path: Option<&Path>) -> Option<Invocation> {
 }
 
 impl Called {
+    /// The figures and tables that an earlier run of this command wrote with the report at `report`, and that are still there.
+    fn earlier_parts(&self, report: &Path) -> Outcome<Vec<PathBuf>> {
+        let Ok(html) = std::fs::read_to_string(report) else {
+            return Ok(Vec::new());
+        };
+        let mut earlier = self.parts.names_of(&html)?;
+        earlier.retain(|part| part.is_file());
+        let wrote = |part: &PathBuf| self.writing.wrote_part(report, part);
+        if !earlier.first().is_some_and(wrote) {
+            earlier.clear();
+        }
+        Ok(earlier)
+    }
+
     /// Whether a file that is read is one that this command writes: what it has begun, or the runs behind it.
     fn is_own(&self, path: &Path) -> bool {
         let with = |output: &Path, ending: &str| {
@@ -194,9 +208,15 @@ pub(crate) fn write_report(path: &Path, html: &str) -> Outcome {
     parts
         .iter()
         .try_for_each(|(part, _)| called.writing.refuse_existing(part))?;
+    let earlier = called.earlier_parts(path)?;
     let rerun = command_line(&["rerun".to_owned(), name(path)]);
     let again = format!("{rerun} does it again and compares every value.");
     write_text(path, &with_invocation(html, &invocation, &again)?)?;
     // Behind the report, which says whose they are where the command is killed in between.
-    called.parts.write(&parts)
+    called.parts.write(&parts)?;
+    // Those of an earlier run would be taken for those of this report.
+    for stale in earlier.iter().filter(|file| !is_part(file)) {
+        std::fs::remove_file(stale)?;
+    }
+    Ok(())
 }

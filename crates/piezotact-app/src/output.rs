@@ -64,12 +64,6 @@ pub(crate) fn document_text(content: &impl Content, path: Option<&Path>) -> Outc
     Ok(serde_json::to_string_pretty(&value)?)
 }
 
-/// Prints `text`, or writes it to `path` whole or not at all.
-pub(crate) fn print_or_write(path: Option<&Path>, text: &str) -> Outcome {
-    let Some(path) = path else { return print(text) };
-    write_text(path, text)
-}
-
 /// Writes `text` to `path`, whole or not at all.
 pub(crate) fn write_text(path: &Path, text: &str) -> Outcome {
     write_bytes(path, text.as_bytes())

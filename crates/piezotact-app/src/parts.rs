@@ -113,6 +113,22 @@ impl Parts {
         Ok(files)
     }
 
+    /// The names of the files of the figures and tables that this build or another one makes of the report `html`.
+    pub(crate) fn names_of(&self, html: &str) -> Outcome<Vec<PathBuf>> {
+        let mut files = Vec::new();
+        if let Some(folder) = &self.figures {
+            for figure in figures(html, self.columns) {
+                let endings = ["svg", "png", "pdf"].into_iter();
+                files.extend(endings.map(|end| folder.join(format!("{}.{end}", figure.name))));
+            }
+        }
+        if let Some(folder) = &self.tables {
+            let all = tables(html)?.into_iter();
+            files.extend(all.map(|table| folder.join(format!("{}.csv", table.name))));
+        }
+        Ok(files)
+    }
+
     /// Writes `files`.
     pub(crate) fn write(&self, files: &[(PathBuf, Vec<u8>)]) -> Outcome {
         for folder in self.figures.iter().chain(&self.tables) {

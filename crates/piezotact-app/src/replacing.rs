@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use piezotact::invocation::{Invocation, Setting};
-use piezotact_dataset::keep_as_it_is;
+use piezotact_dataset::{check_place, keep_as_it_is};
 
 use crate::arguments::{Arguments, OUTPUTS, OutputPath, output_of};
 use crate::failure::{Outcome, usage};
@@ -34,11 +34,9 @@ const BESIDE_SETUP: [[&str; 2]; 2] = [
 const CONTINUED: [[&str; 2]; 1] = [["panel run", "out"]];
 /// The endings of outputs that have only some, by the end of the command's name; one that is not theirs would name a file that is
 /// something else.
-const ENDINGS: [(&str, &str, &[&str]); 8] = [
+const ENDINGS: [(&str, &str, &[&str]); 6] = [
     ("", "report", &["html", "htm"]),
     ("", "csv", &["csv"]),
-    ("", "svg", &["svg"]),
-    ("", "spectrogram", &["svg"]),
     ("", "write_cuts", &["cuts", "txt"]),
     ("characterise", "out", TRANSFERS),
     ("transfer", "out", TRANSFERS),
@@ -68,8 +66,9 @@ pub(crate) enum Existing {
 }
 
 impl Writing {
-    /// Refuses folders for figures and tables that hold anything that cannot be one of them.
+    /// Refuses folders for figures and tables that cannot be made or written, and those that hold anything that cannot be one of them.
     pub(crate) fn check(&self) -> Outcome {
+        self.folders_of_parts().try_for_each(require_folder)?;
         let endings: &[&str] = match self.existing {
             Existing::Compared => &["svg", "png", "pdf", "csv"],
             _ => &[],
@@ -88,13 +87,10 @@ impl Writing {
             let name = path.file_name().unwrap_or_default().to_string_lossy();
             name.starts_with('.')
         };
-        for output in &self.outputs {
-            let folder = &output.path;
+        for folder in self.folders_of_parts() {
             let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
             let mut entries = entries.map(|entry| entry.path());
-            if matches!(output.setting.as_str(), "figures" | "tables")
-                && entries.any(|path| !is_own(&path) && !is_hidden(&path))
-                && !self.may_replace(folder)
+            if entries.any(|path| !is_own(&path) && !is_hidden(&path)) && !self.may_replace(folder)
             {
                 return Err(usage(anyhow!(
                     "{}: expected a new or empty folder, found one that holds other files; give another one, or add to it with \
@@ -104,6 +100,18 @@ impl Writing {
             }
         }
         Ok(())
+    }
+
+    /// The folders for the figures and tables of a report.
+    fn folders_of_parts(&self) -> impl Iterator<Item = &Path> {
+        let outputs = self.outputs.iter();
+        let of_parts = outputs.filter(|one| matches!(one.setting.as_str(), "figures" | "tables"));
+        of_parts.map(|output| output.path.as_path())
+    }
+
+    /// Whether this command wrote the report at `report` before, with `part` beside it.
+    pub(crate) fn wrote_part(&self, report: &Path, part: &Path) -> bool {
+        made_at(report).is_some_and(|made| self.is_of_the_same(&made) && self.wrote(&made, part))
     }
 
     /// Refuses an ending that is not that of the format.
@@ -235,6 +243,27 @@ impl Writing {
             here.starts_with(&there) || here == with(&there, ".json")
         })
     }
+}
+
+/// Refuses a folder that cannot be made, or takes no files.
+fn require_folder(folder: &Path) -> Outcome {
+    let above = folder.ancestors().map(|above| match above.as_os_str() {
+        name if name.is_empty() => Path::new("."),
+        _ => above,
+    });
+    let there = above.into_iter().find(|above| above.exists());
+    let there = there.unwrap_or(Path::new("."));
+    if !there.is_dir() {
+        return Err(usage(anyhow!(
+            "cannot create the folder {}: {} is a file; give another name",
+            folder.display(),
+            there.display()
+        )));
+    }
+    check_place(&there.join("figure.svg")).map_err(|error| {
+        let here = folder.display();
+        anyhow!("cannot write to the folder {here}: {error}; give another one").into()
+    })
 }
 
 /// Whether what stands at `path` says that another command made it, so that it cannot be what is written now. A report always says it.

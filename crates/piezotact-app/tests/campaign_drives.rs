@@ -110,7 +110,8 @@ fn drives_that_are_missing_or_of_somebody_else_are_refused() {
     let folder = measured();
     let refused = |line: &str, code: i32, parts: &[&str]| {
         run(&folder, line).expect_failure(code, parts);
-        let status = run(&folder, "campaign status study --csv-text").out();
+        run(&folder, "campaign status study --csv status.csv --force").expect_success();
+        let status = std::fs::read_to_string(folder.path("status.csv")).unwrap();
         assert!(!status.contains("discrimination"), "{status}");
         assert!(
             !folder
@@ -404,7 +405,8 @@ fn drives_that_do_not_fit_the_bench_as_it_is_now_are_refused_before_the_session(
         let said = done.err();
         let lines = said.lines().filter(|line| line.starts_with("not ready: "));
         assert_eq!(lines.count(), parts.len(), "{said}");
-        let status = run(&folder, "campaign status study --csv-text").out();
+        run(&folder, "campaign status study --csv status.csv --force").expect_success();
+        let status = std::fs::read_to_string(folder.path("status.csv")).unwrap();
         assert!(!status.contains("discrimination"), "{status}");
         assert!(
             !folder

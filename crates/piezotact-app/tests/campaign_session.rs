@@ -317,7 +317,8 @@ fn names_that_cannot_be_are_refused_with_those_that_can() {
     }
     assert!(!folder.path("nowhere").exists() && !folder.path("other").exists());
     // Nobody was entered.
-    let status = run(&folder, "campaign status study --csv-text").out();
+    run(&folder, "campaign status study --csv status.csv --force").expect_success();
+    let status = std::fs::read_to_string(folder.path("status.csv")).unwrap();
     assert_eq!(status.lines().count(), 2, "{status}");
     assert!(!folder.path("study/participants/P02").exists());
 }

@@ -8,7 +8,7 @@ use crate::support::Folder;
 use crate::support::session::{table, two_sets};
 
 const SIMULATE: &str =
-    "campaign simulate protocol.toml --study st --participants 2 --seed 7 --iterations 0";
+    "campaign simulate st --protocol protocol.toml --participants 2 --seed 7 --iterations 0";
 
 fn simulated() -> Folder {
     let folder = Folder::new();
@@ -148,17 +148,17 @@ fn a_simulated_study_is_read_as_any_other_and_never_taken_for_one_of_people() {
 fn nothing_is_simulated_into_a_study_with_people() {
     let folder = study();
     whole(&folder, "campaign run study P01 naming");
-    let line = "campaign simulate protocol.toml --study study --participants 2 --seed 7";
+    let line = "campaign simulate study --protocol protocol.toml --participants 2 --seed 7";
     run(&folder, line).expect_failure(2, &["found session naming of P01 with a person"]);
     // Nor can what the twin does not have be touched.
-    let line = "campaign simulate protocol.toml --study other --participants 2 --seed 7";
+    let line = "campaign simulate other --protocol protocol.toml --participants 2 --seed 7";
     run(&folder, line).expect_failure(1, &["K1"]);
 }
 
 /// Five samples named from memory, under names of the protocol's own: several panels, each a study that the same command finds done.
 #[test]
 fn panels_are_other_people_and_stay_the_same() {
-    const LINE: &str = "campaign simulate protocol.toml --study st --participants 2 --seed 7 --panels 2 --surface K1=S1 --surface K2=S5 --surface K3=S8 --surface K4=S11 --surface K5=NO";
+    const LINE: &str = "campaign simulate st --protocol protocol.toml --participants 2 --seed 7 --panels 2 --surface K1=S1 --surface K2=S5 --surface K3=S8 --surface K4=S11 --surface K5=NO";
     let folder = study();
     let done = run(&folder, LINE);
     done.expect_success();
@@ -190,7 +190,7 @@ fn panels_are_other_people_and_stay_the_same() {
     assert_eq!((said(&again), again.out()), (first, done.out()));
     // A panel is a study as any other, and what one panel alone gives.
     let alone = LINE
-        .replace("--study st", "--study alone")
+        .replace("simulate st ", "simulate alone ")
         .replace(" --panels 2", "");
     run(&folder, &alone).expect_success();
     let [one, other] = ["answers st/seed-7", "answers alone"].map(|line| run(&folder, line).out());
@@ -200,7 +200,7 @@ fn panels_are_other_people_and_stay_the_same() {
         &["expected a sample of the protocol (K1, K2, K3, K4, K5), found `K9`"],
     );
     run(&folder, &LINE.replace("K1=S1", "K1")).expect_failure(2, &["such as P60=S2, found `K1`"]);
-    let line = "campaign simulate averaged_transfer_function --study av --participants 4 --seed 7 --panel 3..5";
+    let line = "campaign simulate av --protocol averaged_transfer_function --participants 4 --seed 7 --panel 3..5";
     run(&folder, line).expect_failure(2, &["volunteer 3 is in the panel and takes part"]);
 }
 
@@ -208,14 +208,14 @@ fn panels_are_other_people_and_stay_the_same() {
 #[test]
 fn what_cannot_be_simulated_leaves_no_folder() {
     let folder = Folder::new();
-    let line = "campaign simulate isotropic_triplets --study made --participants 1 --seed 1 --surface S2=S99";
+    let line = "campaign simulate made --protocol isotropic_triplets --participants 1 --seed 1 --surface S2=S99";
     folder
         .run(&line.split(' ').collect::<Vec<_>>())
         .expect_failure(1, &["expected a sample of the twin", "found `S99`"]);
     assert!(!folder.path("made").exists());
     // Own names: the refusal says which option gives them a surface.
     folder.write("own.toml", two_sets().replace("\"S2\"", "\"felt\""));
-    let line = "campaign simulate own.toml --study made --participants 1 --seed 1";
+    let line = "campaign simulate made --protocol own.toml --participants 1 --seed 1";
     run(&folder, line).expect_failure(
         1,
         &[
@@ -224,13 +224,13 @@ fn what_cannot_be_simulated_leaves_no_folder() {
         ],
     );
     assert!(!folder.path("made").exists());
-    let line = "campaign simulate isotropic_triplets --study made --participants 1 --seed 18446744073709551615 --panels 2";
+    let line = "campaign simulate made --protocol isotropic_triplets --participants 1 --seed 18446744073709551615 --panels 2";
     folder
         .run(&line.split(' ').collect::<Vec<_>>())
         .expect_failure(2, &["expected one that 1 other can follow"]);
     assert!(!folder.path("made").exists());
     std::os::unix::fs::symlink("nowhere", folder.path("link")).unwrap();
-    let line = "campaign simulate isotropic_triplets --study link --participants 1 --seed 1";
+    let line = "campaign simulate link --protocol isotropic_triplets --participants 1 --seed 1";
     folder
         .run(&line.split(' ').collect::<Vec<_>>())
         .expect_failure(1, &["a link that leads nowhere", "name another folder"]);
@@ -256,7 +256,7 @@ fn a_study_and_its_table_are_the_same_in_both_ways() {
 #[test]
 fn a_panel_that_overlaps_leaves_no_folder() {
     let folder = Folder::new();
-    let line = "campaign simulate averaged_transfer_function --study made --participants 2 --seed 7 --panel 1..3";
+    let line = "campaign simulate made --protocol averaged_transfer_function --participants 2 --seed 7 --panel 1..3";
     run(&folder, line).expect_failure(2, &["volunteer 1 is in the panel and takes part"]);
     assert!(!folder.path("made").exists());
 }

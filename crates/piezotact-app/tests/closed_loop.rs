@@ -281,7 +281,6 @@ fn several_are_rendered_in_one_go() {
             "--mode replicate --bench twin --phase minimum",
             "linear phase",
         ),
-        ("--report r.html", "--mode"),
     ] {
         let line =
             format!("render soft.wav --scale 2m/s2 --transfer tf.json --out x.wav {options}");

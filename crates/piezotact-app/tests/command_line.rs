@@ -139,15 +139,25 @@ fn the_chain_of_commands_keeps_its_promises() {
     assert_eq!(spectrum["psd"].as_array().unwrap().len(), 513);
     assert_eq!(spectrum["unit"], "(m/s²)²/Hz");
     folder
-        .run(&["spectrum", "measured.parquet", "--svg", "psd.svg"])
+        .run(&[
+            "spectrum",
+            "measured.parquet",
+            "--csv",
+            "psd.csv",
+            "--report",
+            "spectrum.html",
+            "--figures",
+            "spectrum",
+        ])
         .expect_success();
     assert!(
-        std::fs::read_to_string(folder.path("psd.svg"))
+        std::fs::read_to_string(folder.path("spectrum/01-power-spectral-density.svg"))
             .unwrap()
             .starts_with("<svg")
     );
-    let csv = folder.run(&["spectrum", "measured.parquet", "--csv"]).out();
+    let csv = std::fs::read_to_string(folder.path("psd.csv")).unwrap();
     assert_eq!(csv.lines().count(), 514);
+    assert!(csv.starts_with("frequency_hz,psd ((m/s²)²/Hz)"), "{csv}");
 
     let transfer: serde_json::Value =
         serde_json::from_slice(&std::fs::read(folder.path("tf.json")).unwrap()).unwrap();
@@ -173,14 +183,14 @@ fn a_figure_over_time_stays_small() {
         &["--segment", "16384", "--max-frequency", "2500"],
         &["--segment", "64", "--overlap", "0"],
     ] {
-        let command = ["spectrum", "texture.wav", "--spectrogram", "time.svg"];
+        let command = "spectrum texture.wav --over-time --report time.html --figures time";
+        let command: Vec<&str> = command.split(' ').collect();
         folder
             .run(&[&command[..], &["--scale", "2 m/s2"], settings].concat())
             .expect_success();
-        let figure = std::fs::read_to_string(folder.path("time.svg")).unwrap();
+        let figure = std::fs::read_to_string(folder.path("time/02-over-time.svg")).unwrap();
         assert!(figure.len() < 500_000, "{settings:?}: {}", figure.len());
         for part in [
-            "width=\"900\"",
             ">texture.wav, ",
             ">hann window, ",
             // Long lines are broken between words.
@@ -236,6 +246,11 @@ fn a_kept_recording_gives_the_same_transfer_function() {
     ] {
         assert_eq!(first[key], again[key], "{key}");
     }
+    // Segments without a line in the excited band show nothing of it.
+    let short = [&transfer[..], &["--segment", "2"]].concat();
+    folder
+        .run(&short)
+        .expect_failure(2, &["a segment of 5 samples or more", "found 2"]);
 }
 
 /// A run that is killed leaves a journal that can be read, and loses less than a second of what it had

@@ -122,7 +122,7 @@ fn a_terminal_gets_no_control_characters() {
         &["info", "s.wav", "--json"],
         &["info", "no\u{1b}[31mfile.csv"],
         &["info", "s.wav", "--rate", "\u{1b}[31m"],
-        &["spectrum", "w.csv", "--csv", "--segment", "4"],
+        &["spectrum", "w.csv", "--csv", "w-psd.csv", "--segment", "4"],
     ] {
         let done = folder.run(arguments);
         for text in [done.out(), done.err()] {

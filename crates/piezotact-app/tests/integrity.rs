@@ -48,7 +48,7 @@ fn what_the_twin_records_is_whole() {
         ("acttouch", "--sample M7 --strokes 2 --free"),
         ("triboair", "--sample S9 --strokes 2"),
         ("triboair", "--sample NO --strokes 2"),
-        ("shaker", "--duration 10s"),
+        ("shaker", "--seconds 10"),
     ] {
         let call = format!("twin record --bench {bench} {more} --seed 5 --out run.parquet");
         let call: Vec<&str> = call.split(' ').collect();

@@ -155,7 +155,7 @@ fn a_long_computation_ends_at_once() {
             143,
         ),
         (
-            "spectrum a.wav --scale 2m/s2 --spectrogram s.svg",
+            "spectrum a.wav --scale 2m/s2 --over-time --report s.html",
             "-INT",
             130,
         ),

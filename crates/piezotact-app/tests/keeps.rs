@@ -265,13 +265,12 @@ fn endings_and_people_are_checked() {
 }
 
 /// Commands that write one file, and a name for it.
-const WRITING: [(&str, &str); 10] = [
-    ("spectrum texture.wav --scale 1m/s2 --svg OUT", "psd.svg"),
+const WRITING: [(&str, &str); 9] = [
     (
-        "spectrum texture.wav --scale 1m/s2 --spectrogram OUT",
-        "time.svg",
+        "spectrum texture.wav --scale 1m/s2 --over-time --report OUT",
+        "spectrum.html",
     ),
-    ("spectrum texture.wav OUT --scale 1m/s2 --csv", "psd.csv"),
+    ("spectrum texture.wav --csv OUT --scale 1m/s2", "psd.csv"),
     ("strokes texture.wav --scale 1m/s2 --csv OUT", "strokes.csv"),
     (
         "score texture.wav rough.wav --scale 1m/s2 --report OUT",
@@ -394,6 +393,17 @@ fn a_command_replaces_what_it_wrote_itself() {
         run(&folder, &format!("{analyse} --high-pass none")).expect_success();
         assert_eq!(figures(), all);
     }
+    // Figures of the earlier run that the new report does not have go.
+    let shows = "spectrum texture.wav --scale 1m/s2 --report p.html --figures psd";
+    run(&folder, &format!("{shows} --over-time")).expect_success();
+    assert!(folder.path("psd/02-over-time.svg").exists());
+    run(&folder, shows).expect_success();
+    assert!(folder.path("psd/01-power-spectral-density.svg").exists());
+    assert!(!folder.path("psd/02-over-time.svg").exists());
+    // A folder that cannot be made is refused before anything is written.
+    let within = "spectrum texture.wav --scale 1m/s2 --report q.html --figures texture.wav/psd";
+    run(&folder, within).expect_failure(2, &["cannot create the folder texture.wav/psd"]);
+    assert!(!folder.path("q.html").exists());
     std::fs::remove_file(folder.path("r.html")).unwrap();
     std::fs::write(&all[0], "mine").unwrap();
     run(&folder, &format!("{analyse} --high-pass none"))
@@ -407,7 +417,7 @@ fn a_command_replaces_what_it_wrote_itself() {
     for line in [cuts.to_owned(), format!("{cuts} --force")] {
         run(&folder, &line).expect_failure(2, &["t.cuts already exists", "edited by hand"]);
     }
-    let document = "spectrum texture.wav psd.json --scale 1m/s2 --json";
+    let document = "spectrum texture.wav --csv psd.csv --scale 1m/s2";
     run(&folder, document).expect_success();
     run(&folder, &format!("{document} --segment 512")).expect_success();
 }
@@ -488,16 +498,15 @@ fn an_ending_that_is_not_ours_is_refused() {
     let folder = with_bench();
     run(&folder, "panel add panel tf.json").expect_success();
     for (line, name, expected) in [
-        (WRITING[0].0, "psd.png", ".svg"),
-        (WRITING[1].0, "time.pdf", ".svg"),
-        (WRITING[2].0, "psd.xlsx", ".csv"),
-        (WRITING[3].0, "strokes.xlsx", ".csv"),
-        (WRITING[4].0, "S4.pdf", ".html"),
-        (WRITING[5].0, "softer.mp3", ".wav"),
-        (WRITING[7].0, "estimate.csv", ".json"),
-        (WRITING[7].0, "estimate", ".json"),
-        (WRITING[8].0, "d.flac", ".wav"),
-        (WRITING[9].0, "map.png", ".sur"),
+        (WRITING[0].0, "psd.png", ".html"),
+        (WRITING[1].0, "psd.xlsx", ".csv"),
+        (WRITING[2].0, "strokes.xlsx", ".csv"),
+        (WRITING[3].0, "S4.pdf", ".html"),
+        (WRITING[4].0, "softer.mp3", ".wav"),
+        (WRITING[6].0, "estimate.csv", ".json"),
+        (WRITING[6].0, "estimate", ".json"),
+        (WRITING[7].0, "d.flac", ".wav"),
+        (WRITING[8].0, "map.png", ".sur"),
         (
             "strokes texture.wav --scale 1m/s2 --write-cuts OUT --cuts-only",
             "t.csv",

@@ -191,7 +191,7 @@ fn fingers_are_freed_of_the_bench_s_artefact() {
     let record = |more: &str, name: &str, input: &str| {
         run(
             &folder,
-            &format!("twin record --bench shaker --duration 20s {more} --out {name}.parquet"),
+            &format!("twin record --bench shaker --seconds 20 {more} --out {name}.parquet"),
         )
         .expect_success();
         let line = format!(

@@ -138,7 +138,8 @@ fn what_does_not_go_together_is_refused_and_nothing_is_written() {
     folder
         .run(&["spectrum", "texture.wav", "--overlap", "1"])
         .expect_failure(2, &["overlap"]);
-    let over_time = ["spectrum", "texture.wav", "--spectrogram", "time.svg"];
+    let over_time = "spectrum texture.wav --over-time --report time.html";
+    let over_time: Vec<&str> = over_time.split(' ').collect();
     for (option, value, parts) in [
         ("--overlap", "1", &["overlap from 0", "found 1"][..]),
         ("--overlap", "nan", &["overlap from 0", "NaN"]),
@@ -151,7 +152,7 @@ fn what_does_not_go_together_is_refused_and_nothing_is_written() {
         ("--max-frequency", "-5", &["found -5 Hz", "choose one"]),
         ("--max-frequency", "2501", &["2500 Hz, found 2501 Hz"]),
         ("--max-frequency", "nan", &["found NaN Hz"]),
-        ("--median", "--json", &["cannot be used with"]),
+        ("--median", "--rest", &["cannot be used with"]),
     ] {
         folder
             .run(&[&over_time[..], &[option, value]].concat())
@@ -161,11 +162,11 @@ fn what_does_not_go_together_is_refused_and_nothing_is_written() {
         .run(&[&over_time[..], &["--segment", "20001"]].concat())
         .expect_failure(1, &["20001", "20000", "shorter segment"]);
     folder
-        .run(&["spectrum", "texture.wav", "--spectrogram", "texture.wav"])
+        .run(&["spectrum", "texture.wav", "--csv", "texture.wav"])
         .expect_failure(2, &["would be replaced"]);
     folder
         .run(&["spectrum", "texture.wav", "--max-frequency", "500"])
-        .expect_failure(2, &["--spectrogram"]);
+        .expect_failure(2, &["--over-time"]);
     folder
         .run(&["spectrum", "texture.wav", "--window", "hat"])
         .expect_failure(2, &["hann"]);
@@ -268,7 +269,7 @@ fn outputs_are_looked_at_before_anything_is_done() {
         .expect_failure(2, &["would be replaced"]);
     folder.write("texture.wav.json", "{\"full_scale\": \"2 m/s2\"}");
     folder
-        .run(&["spectrum", "texture.wav", "--json", "texture.wav.json"])
+        .run(&["spectrum", "texture.wav", "--report", "texture.wav.json"])
         .expect_failure(2, &["would be replaced"]);
     std::fs::remove_file(folder.path("texture.wav.json")).unwrap();
     assert_eq!(folder.names(), ["texture.wav", "tf.json"]);
@@ -465,7 +466,7 @@ fn an_option_that_needs_another_says_so() {
     let folder = Folder::new();
     for (given, says) in [
         ("spectrum a.csv --band 10..20", "--band needs --rest"),
-        ("spectrum a.csv --report=a.html", "--report needs --rest"),
+        ("spectrum a.csv --over-time", "--over-time needs --report"),
         (
             "render a.wav --transfer t.json --out d.wav --discard-raw",
             "--discard-raw needs --bench",
@@ -487,6 +488,22 @@ fn former_names_say_the_present_ones() {
         ("analyse a.csv --by file", "is now `piezotact strokes`"),
         ("analyze a.csv", "is now `piezotact strokes`"),
         ("noise a.csv", "is now `piezotact spectrum --rest`"),
+        ("comapre a.csv", "did you mean `compare`?"),
+        (
+            "campaign simulat p.toml",
+            "did you mean `campaign simulate`?",
+        ),
+        (
+            "spectrum a.csv --svg a.svg",
+            "--svg of `piezotact spectrum` is now --report",
+        ),
+        ("spectrum a.csv --spectrogram a.svg", "is now --over-time"),
+        ("twin record --duration 60s", "is now --seconds"),
+        ("campaign status st --csv-text", "is now --csv TABLE.csv"),
+        (
+            "campaign simulate p.toml --study st",
+            "STUDY --protocol PROTOCOL",
+        ),
         (
             "--date 2026-03-01 matrix a.csv",
             "is now `piezotact answers`",
@@ -502,8 +519,8 @@ fn former_names_say_the_present_ones() {
             "`piezotact replay` is now `piezotact-validation replay`",
         ),
         // What is no command and never was one: the nearest.
-        ("stroke a.csv", "'strokes'"),
-        ("panel anlyse panel", "'analyse'"),
+        ("stroke a.csv", "`strokes`"),
+        ("panel anlyse panel", "`panel analyse`"),
         ("panel align", "unrecognized subcommand 'align'"),
     ] {
         let words: Vec<&str> = given.split(' ').collect();

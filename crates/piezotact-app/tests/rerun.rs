@@ -293,7 +293,7 @@ fn a_hostile_report_writes_nowhere_else() {
     for line in [
         format!("score a.wav b.wav --scale=1m/s2 --json --report={aim}"),
         format!("spectrum a.wav {aim} --json"),
-        format!("twin record --bench shaker --duration 1s --out {aim}.parquet --json"),
+        format!("twin record --bench shaker --seconds 1 --out {aim}.parquet --json"),
         "panel add panel tf.json".into(),
         "rerun score.json".into(),
         "--help".into(),

@@ -62,6 +62,12 @@ fn two_realisations_are_not_distinguishable_and_the_verdict_comes_first() {
             .unwrap()
             .starts_with("below the just-noticeable difference")
     );
+    let says = |b: &str| {
+        score(&folder, "a.wav", b, &[])
+            .err()
+            .contains("identical samples")
+    };
+    assert_eq!([says("a.wav"), says("b.wav")], [true, false]);
     for key in [
         "waveform",
         "literature",

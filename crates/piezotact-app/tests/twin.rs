@@ -58,7 +58,7 @@ fn one_command_gives_the_same_bytes_and_another_seed_others() {
     for (bench, end) in [
         ("acttouch --sample NO --strokes 2", "parquet"),
         ("triboair --sample M8 --strokes 1", "parquet"),
-        ("shaker --duration 2s", "parquet"),
+        ("shaker --seconds 2", "parquet"),
         (
             "acttouch --sample M1 --strokes 2 --direction circular",
             "wav",
@@ -316,7 +316,7 @@ fn what_cannot_be_is_refused_with_what_can() {
             "--trials, which this bench does not use",
         ),
         (
-            "shaker --duration 9999s --out a.parquet",
+            "shaker --seconds 9999 --out a.parquet",
             2,
             "a duration in s from 1 to 600",
         ),

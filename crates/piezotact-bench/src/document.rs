@@ -12,6 +12,10 @@ use serde::Serialize;
 
 use crate::procedure::ClosedLoopResult;
 
+mod rendered;
+
+pub use rendered::RenderedTextures;
+
 /// A texture that was rendered. It differs from the rendered drive by the names of files and by what every gain would need.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
@@ -40,6 +44,9 @@ pub struct RenderDocument<'a> {
     pub condition: &'a Condition,
     /// What limits it.
     pub warnings: Vec<Merged>,
+    /// The drive.
+    #[serde(skip)]
+    pub drive: &'a RenderedDrive,
 }
 
 impl Content for RenderDocument<'_> {
@@ -82,6 +89,7 @@ impl<'a> RenderDocument<'a> {
             looped,
             condition: &drive.about.condition,
             warnings: merged(&drive.about.warnings),
+            drive,
         }
     }
 }
@@ -108,6 +116,9 @@ pub struct RenderBatchDocument<R> {
     pub renderings: Vec<R>,
     /// What could not be.
     pub refused: Vec<RefusedRendering>,
+    /// What a report shows of all of them.
+    #[serde(skip)]
+    pub shown: RenderedTextures,
 }
 
 impl<R: Serialize> Content for RenderBatchDocument<R> {

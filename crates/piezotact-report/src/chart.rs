@@ -12,7 +12,7 @@ use crate::DrawError;
 use crate::alternative;
 use crate::axis::{Drawable, Ticked};
 use crate::colour::colour;
-use crate::format::{Format, both, labelled};
+use crate::format::{Format, both};
 use crate::legend::Place;
 
 /// The width of a figure in a page.
@@ -59,26 +59,6 @@ pub fn svg(chart: &Chart, height: u32) -> Result<String, DrawError> {
     both(&alternative::chart(chart), |format| {
         Plot::new(chart, format, height).svg()
     })
-}
-
-/// The wide one with its size in pixels, for a file of its own.
-///
-/// # Errors
-/// As [`svg()`].
-pub fn file(chart: &Chart, height: u32) -> Result<String, DrawError> {
-    let plot = Plot::new(chart, Format::WIDE, height);
-    Ok(sized(
-        &plot.svg()?,
-        plot.height(),
-        &alternative::chart(chart),
-    ))
-}
-
-/// `svg` with its size, which a page leaves to the width there is, and with the text `alternative`.
-pub(crate) fn sized(svg: &str, height: u32, alternative: &str) -> String {
-    let label = labelled(alternative);
-    let size = format!("width=\"{WIDTH}\" height=\"{height}\" role=\"img\" {label}");
-    svg.replacen("role=\"img\"", &size, 1)
 }
 
 /// A text of `format`, with the size that the plotting library takes for it.

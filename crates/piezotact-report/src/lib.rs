@@ -6,7 +6,6 @@ mod bars;
 pub mod chart;
 mod colour;
 pub mod criteria;
-pub mod figures;
 mod format;
 mod grid;
 pub mod heatmap;
@@ -17,14 +16,12 @@ mod maps;
 pub mod origin;
 mod page;
 pub mod parts;
-pub mod rendering;
 pub mod report;
 pub mod spectrogram;
 mod stacked;
 
 use piezotact::figure::{Chart, Drawn, Figure, Panels};
 
-pub(crate) use page::{UNKNOWN_BENCH, bench_text};
 pub use page::{broad_document, document, figure, file_name};
 
 /// A figure, a table or a report that could not be drawn.

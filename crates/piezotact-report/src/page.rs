@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
-use piezotact::recording::BenchKind;
 
 /// A self-contained HTML page.
 #[must_use]
@@ -45,12 +44,4 @@ pub fn file_name(path: &Path) -> String {
         || path.display().to_string(),
         |name| name.to_string_lossy().into_owned(),
     )
-}
-
-/// What stands in a report of something that does not say which bench it comes from.
-pub(crate) const UNKNOWN_BENCH: &str = "The measurement does not say which bench it comes from.";
-
-/// What a report says of the bench that a measurement comes from; `None` where that is not known.
-pub(crate) fn bench_text(bench: Option<BenchKind>) -> Option<&'static str> {
-    bench.map(BenchKind::sentence)
 }

@@ -6,7 +6,8 @@ use crate::format::Format;
 /// A figure of a report.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FigurePart {
-    /// Its name without ending: its number in the report and the heading above it, `02-spectra`.
+    /// Its name without ending: its number in the report, the heading above it, and where several figures have that heading, how its
+    /// caption begins: `02-spectra`, `03-stroke-1-normal-force`.
     pub name: String,
     pub svg: String,
 }
@@ -43,7 +44,7 @@ impl Columns {
 /// The figures of the report `html`, in order, each as wide as `columns`, with their captions as descriptions.
 #[must_use]
 pub fn figures(html: &str, columns: Columns) -> Vec<FigurePart> {
-    let mut found = Vec::new();
+    let mut found: Vec<(FigurePart, String)> = Vec::new();
     let (mut heading, mut rest) = (String::new(), html);
     while let Some((tag, inner, after)) = next(rest, &["h1", "h2", "h3", "figure"]) {
         rest = after;
@@ -55,12 +56,26 @@ pub fn figures(html: &str, columns: Columns) -> Vec<FigurePart> {
             continue;
         };
         let caption = next(inner, &["figcaption"]).map_or("", |(_, caption, _)| caption);
-        found.push(FigurePart {
-            name: format!("{:02}-{}", found.len() + 1, short(&heading)),
-            svg: alone(svg, &plain(caption), columns),
-        });
+        let caption = plain(caption);
+        let figure = FigurePart {
+            name: short(&heading),
+            svg: alone(svg, &caption, columns),
+        };
+        found.push((figure, caption));
     }
-    found
+    let headings: Vec<String> = found.iter().map(|(one, _)| one.name.clone()).collect();
+    let named = found.into_iter().enumerate().map(|(i, (one, caption))| {
+        let alike = headings.iter().filter(|other| **other == one.name).count();
+        let begins = caption.split(['.', ':', ';', ',', '(']).next();
+        let name = match begins {
+            Some(begins) if alike > 1 && !begins.is_empty() => {
+                format!("{:02}-{}-{}", i + 1, one.name, short(begins))
+            }
+            _ => format!("{:02}-{}", i + 1, one.name),
+        };
+        FigurePart { name, ..one }
+    });
+    named.collect()
 }
 
 /// Of the drawings in a figure the one for `columns`, or the only one.
@@ -358,6 +373,21 @@ mod tests {
             figures(REPORT, Columns::One)[0]
                 .svg
                 .contains("width=\"85mm\" height=\"28.33mm\"")
+        );
+    }
+
+    #[test]
+    fn figures_under_one_heading_have_names_of_what_they_show() {
+        let figure = |caption: &str| {
+            format!("<figure><svg></svg><figcaption>{caption}</figcaption></figure>")
+        };
+        let [level, drift] = ["Level of each part, above 10 Hz.", "Drift: means."].map(figure);
+        let html = format!("<h2>Rest</h2>{level}{drift}<h2>Spectrum</h2>{level}");
+        let names = figures(&html, Columns::Two);
+        let names: Vec<&str> = names.iter().map(|one| one.name.as_str()).collect();
+        assert_eq!(
+            names,
+            ["01-rest-level-of-each-part", "02-rest-drift", "03-spectrum"]
         );
     }
 

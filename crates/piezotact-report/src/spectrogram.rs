@@ -4,7 +4,6 @@ use piezotact::figure::{SpectrogramPanel, Spectrograms};
 
 use crate::DrawError;
 use crate::alternative;
-use crate::chart::sized;
 use crate::format::{Format, both};
 use crate::image::{Colours, Image, Svg, ticks};
 
@@ -103,17 +102,6 @@ fn drawn(figure: &Spectrograms, format: Format) -> Result<String, DrawError> {
         svg.text((format.em(0.5), y), "start", note);
     }
     Ok(svg.finish())
-}
-
-/// The same with its size in pixels, for a file of its own.
-///
-/// # Errors
-/// As [`svg()`].
-pub fn file(figure: &Spectrograms) -> Result<String, DrawError> {
-    let layout = Layout::of(figure.panels.len(), Format::WIDE);
-    let height = layout.height(&figure.note).round() as u32;
-    let label = alternative::spectrograms(figure);
-    Ok(sized(&drawn(figure, Format::WIDE)?, height, &label))
 }
 
 /// Where panels stand: the same size each, in rows.

@@ -335,16 +335,12 @@ pub(crate) struct Render {
     /// Discards the measurements of the closed loop at the end; by default they are kept in the folder OUT.runs.
     #[arg(long, requires = "mode")]
     pub(crate) discard_raw: bool,
-    /// Writes a report of the closed loop: the errors of every texture in open and in closed loop.
-    #[arg(long, requires = "mode", value_name = "REPORT.html")]
-    pub(crate) report: Option<PathBuf>,
     /// Clips a drive that exceeds the limit of the device, instead of refusing it. Not available in a closed loop, which
     /// never plays a drive that exceeds the limit.
     #[arg(long, conflicts_with = "mode")]
     pub(crate) allow_clipping: bool,
-    /// Prints a summary as JSON.
-    #[arg(long)]
-    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) outputs: Outputs,
 }
 
 #[derive(Debug, Args)]

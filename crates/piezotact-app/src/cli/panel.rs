@@ -119,7 +119,7 @@ pub(crate) struct Run {
     #[arg(long, default_value = "random")]
     pub(crate) excitation: Excitation,
     /// Maximum duration of each drive, in s.
-    #[arg(long, default_value_t = 30.0)]
+    #[arg(long, default_value_t = 60.0)]
     pub(crate) seconds: f64,
     #[command(flatten)]
     pub(crate) gate: Gate,

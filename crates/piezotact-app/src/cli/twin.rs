@@ -122,9 +122,9 @@ pub(crate) struct Record {
     /// The angle between finger and surface, in degrees; default 17.5 on a sample and 20 on the shaker.
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     pub(crate) angle: Option<f64>,
-    /// The duration of the shaker excitation, such as 60s.
-    #[arg(long, value_name = "TIME", value_parser = time, allow_hyphen_values = true)]
-    pub(crate) duration: Option<f64>,
+    /// The duration of the shaker excitation, in s; default 60.
+    #[arg(long, allow_negative_numbers = true)]
+    pub(crate) seconds: Option<f64>,
     /// On the shaker: the control measurement, with the accelerometer on the plate and without a finger.
     #[arg(long, conflicts_with_all = ["load", "angle"])]
     pub(crate) control: bool,

@@ -135,7 +135,7 @@ commands! {
     Info(cli::Info) => info::run,
     /// Estimates the power spectral density (PSD) of one channel, averaged or over time, or the noise of a sensor at rest.
     #[command(
-        after_help = "With --rest: noise floor, mains hum, drift, and whether the sensor was at rest. The exit code is 0 whatever is found.\n\nExample:\n  piezotact spectrum texture.wav --scale \"200 m/s2\" --svg psd.svg\n  piezotact spectrum texture.wav --scale \"200 m/s2\" --spectrogram time.svg --max-frequency 500\n  piezotact spectrum measured.parquet --channel acceleration --json > psd.json\n  piezotact spectrum rest.parquet --rest --channel acceleration --report noise.html"
+        after_help = "With --rest: noise floor, mains hum, drift, and whether the sensor was at rest. The exit code is 0 whatever is found.\n\nExample:\n  piezotact spectrum texture.wav --scale \"200 m/s2\" --report spectrum.html --figures figures\n  piezotact spectrum texture.wav --scale \"200 m/s2\" --report spectrum.html --over-time --max-frequency 500\n  piezotact spectrum measured.parquet --channel acceleration --json > psd.json\n  piezotact spectrum rest.parquet --rest --channel acceleration --report noise.html"
     )]
     Spectrum(cli::Spectrum) => spectrum::run,
     /// Measures the transfer function of a device with a finger on it.

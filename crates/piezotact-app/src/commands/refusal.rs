@@ -24,15 +24,49 @@ const FORMER: [(&str, &str); 12] = [
     ("noise", "spectrum --rest"),
     ("segment", "strokes --cuts-only"),
 ];
+/// Former options of commands, and what does the same now.
+const FORMER_OPTIONS: [(&str, &str, &str); 5] = [
+    (
+        "campaign simulate",
+        "--study",
+        "the first argument: piezotact campaign simulate STUDY --protocol PROTOCOL",
+    ),
+    (
+        "campaign status",
+        "--csv-text",
+        "--csv TABLE.csv, which writes the table to a file",
+    ),
+    (
+        "spectrum",
+        "--spectrogram",
+        "--over-time with --report REPORT.html, and --figures DIR for the figure as a file",
+    ),
+    (
+        "spectrum",
+        "--svg",
+        "--report REPORT.html with --figures DIR",
+    ),
+    (
+        "twin record",
+        "--duration",
+        "--seconds, a number without unit",
+    ),
+];
 /// A former command that is one of another program.
 const ELSEWHERE: (&str, &str) = ("replay", "piezotact-validation replay");
 
-/// The present name of the command that `words` call by a former one, in a sentence, where `refused` is for its name.
+/// The present name of the command or option that `words` call by a former one, or the nearest name of a command, in a sentence, where
+/// `refused` is for its name.
 pub(crate) fn renamed<'w>(
     refused: &Error,
     root: &Command,
     words: impl Iterator<Item = &'w str>,
 ) -> Option<String> {
+    if let (ErrorKind::UnknownArgument, Some(ContextValue::String(option))) =
+        (refused.kind(), refused.get(ContextKind::InvalidArg))
+    {
+        return renamed_option(option, root, words);
+    }
     let unknown = match (refused.kind(), refused.get(ContextKind::InvalidSubcommand)) {
         (ErrorKind::InvalidSubcommand, Some(ContextValue::String(unknown))) => unknown,
         _ => return None,
@@ -57,8 +91,69 @@ pub(crate) fn renamed<'w>(
             ELSEWHERE.1
         ));
     }
-    let (_, now) = FORMER.iter().find(|(former, _)| *former == name)?;
+    let Some((_, now)) = FORMER.iter().find(|(former, _)| *former == name) else {
+        let nearest = nearest(unknown, command)?;
+        let before = name.trim_end_matches(unknown.as_str());
+        return Some(format!(
+            "there is no command `{name}`; did you mean `{before}{nearest}`? `piezotact --help` lists all commands"
+        ));
+    };
     Some(format!("`piezotact {name}` is now `piezotact {now}`"))
+}
+
+/// What `option` of the command that `words` call is now, in a sentence, where it is a former one.
+fn renamed_option<'w>(
+    option: &str,
+    root: &Command,
+    words: impl Iterator<Item = &'w str>,
+) -> Option<String> {
+    let (mut command, mut names) = (root, Vec::new());
+    for word in words {
+        let Some(below) = command.find_subcommand(word) else {
+            break;
+        };
+        command = below;
+        names.push(word);
+    }
+    let name = names.join(" ");
+    let mut former = FORMER_OPTIONS.iter();
+    let (_, _, now) = former.find(|(of, former, _)| *of == name && *former == option)?;
+    Some(format!("{option} of `piezotact {name}` is now {now}"))
+}
+
+/// The command below `command` whose name is nearest to `word`, at most two errors of typing away; `None` where none or several are.
+fn nearest<'c>(word: &str, command: &'c Command) -> Option<&'c str> {
+    const MOST_ERRORS: usize = 2;
+    let names = command.get_subcommands().map(Command::get_name);
+    let mut near: Vec<(usize, &str)> = names.map(|name| (errors(word, name), name)).collect();
+    near.sort_unstable();
+    match near[..] {
+        [(first, name), (second, _), ..] if first <= MOST_ERRORS && first < second => Some(name),
+        _ => None,
+    }
+}
+
+/// How many letters were left out, added, exchanged, or swapped with their neighbour between `a` and `b`.
+///
+/// Source: optimal string alignment distance, R. A. Wagner and R. Lowrance, J. ACM 22 (1975) 177.
+fn errors(a: &str, b: &str) -> usize {
+    let [a, b] = [a, b].map(|text| text.chars().collect::<Vec<char>>());
+    let mut rows: Vec<Vec<usize>> = vec![(0..=b.len()).collect()];
+    for i in 1..=a.len() {
+        let mut row = vec![i];
+        for j in 1..=b.len() {
+            let other = usize::from(a[i - 1] != b[j - 1]);
+            let mut least = (rows[i - 1][j] + 1)
+                .min(row[j - 1] + 1)
+                .min(rows[i - 1][j - 1] + other);
+            if i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1] {
+                least = least.min(rows[i - 2][j - 2] + 1);
+            }
+            row.push(least);
+        }
+        rows.push(row);
+    }
+    rows[a.len()][b.len()]
 }
 
 /// Which of `words` needs an option that is missing, in a sentence, where `refused` is for it.

@@ -156,8 +156,7 @@ impl Noise {
     }
 
     /// The PSD and the amplitude density by frequency: one row a line.
-    #[must_use]
-    pub fn spectrum_table(&self) -> Table {
+    fn spectrum_table(&self) -> Table {
         let mut table = Table::new([
             Column::new("frequency, Hz", "frequency_hz"),
             Column::new(&format!("PSD, {}", self.unit.of_psd()), "psd"),

@@ -25,6 +25,7 @@ pub use perceptible::with_perceptible_difference;
 pub use verdict::{How, ScoreCriterion, Verdict};
 pub use waveform::{Extent, Waveform};
 
+use crate::checksum::Checksum;
 use crate::clipping::{ClippedAt, ClippingWarning, flat_top_fraction};
 use crate::criterion::Criterion;
 pub use crate::discrimination::Difference;
@@ -279,6 +280,13 @@ fn scored(
 ) -> Result<Score, ScoreError> {
     refuse(reference, test, config)?;
     let mut warnings = Warnings::new();
+    let [of_reference, of_test] =
+        [reference, test].map(|one| Checksum::of(one.samples().iter().copied()));
+    if of_reference == of_test {
+        warnings.push(ScoreWarning::NotComputed {
+            what: NotComputed::TwoRecordings,
+        });
+    }
     let (waveform, shared) = waveforms(reference, test, config.band, &mut warnings);
     let shared = shared.filter(|[a, _]| a.samples().len() >= config.welch.segment);
     let (extent, reference, test) = match &shared {

@@ -37,6 +37,11 @@ pub enum NotComputed {
     /// The indices of the literature could not be computed.
     #[error("ST-SIM and SPQI are not given: {why}")]
     Indices { why: NoIndicesCause },
+    /// Two recordings that are one.
+    #[error(
+        "reference and test have identical samples: a recording is compared with itself, and the score says nothing about two"
+    )]
+    TwoRecordings,
     /// Waveforms that were not compared.
     #[error("the waveforms are not compared: {why}")]
     Waveform { why: NotComparedCause },
@@ -49,6 +54,7 @@ impl NotComputed {
             Self::StSimBeyondRange { .. } => {
                 "exchange reference and test, or use the score instead"
             }
+            Self::TwoRecordings => "give two recordings",
             Self::StSim { .. } | Self::Indices { .. } | Self::Waveform { .. } => {
                 "use the score instead"
             }

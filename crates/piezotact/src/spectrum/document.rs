@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::{Spectrum, WelchConfig};
 use crate::document::Content;
+use crate::figure::Spectrograms;
 use crate::quantity::{Quantity, SampleRate};
 use crate::recording::{Channel, Recording};
 use crate::warning::{Merged, merged};
@@ -34,6 +35,12 @@ pub struct SpectrumDocument<'a> {
     pub psd: &'a [f64],
     /// What limits it.
     pub warnings: Vec<Merged>,
+    /// The strongest line above 0 Hz: its frequency in Hz and its PSD.
+    #[serde(skip)]
+    pub strongest: (f64, f64),
+    /// The PSD over time; absent where it was not asked for.
+    #[serde(skip)]
+    pub over_time: Option<Spectrograms>,
 }
 
 impl Content for SpectrumDocument<'_> {
@@ -61,6 +68,8 @@ impl<'a> SpectrumDocument<'a> {
             frequency_hz: psd.frequencies_hz(),
             psd: &psd.values,
             warnings: merged(recording.about.warnings.iter().chain(&psd.warnings)),
+            strongest: psd.strongest(),
+            over_time: None,
         }
     }
 }

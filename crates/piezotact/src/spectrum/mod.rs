@@ -3,6 +3,7 @@
 //! The scaling is a field of the value: a power spectral density cannot be taken for a power spectrum.
 
 mod document;
+mod page;
 mod spectrogram;
 mod warning;
 mod window;

@@ -124,6 +124,14 @@ pub fn between_channels(
         found,
         traces,
     } = estimated(&drive, response.clone(), config, known)?;
+    let band = function.tactile_band();
+    if function.impact.is_none() && function.lines_in(band).next().is_none() {
+        return Err(TransferError::Segment {
+            least: (response.rate().hz() / band.high().0).ceil() as usize,
+            samples: response.samples().len(),
+            found: config.welch.segment,
+        });
+    }
     // What a drive that repeats itself distorts repeats too: it is no scatter.
     function.known_input =
         config.known_input && !repeats_itself(drive.samples(), config.welch.segment);

@@ -119,7 +119,7 @@ pub enum TransferError {
         /// Where each hit is, s, and its first fault.
         faults: Vec<(f64, HitFault)>,
     },
-    /// The segment cannot hold a hit.
+    /// The segment cannot hold a hit, or has no line in the excited band.
     #[error(
         "expected a segment of {least} samples or more, and no longer than the recording of {samples}, found {found}; state another \
             length, or none"

@@ -48,6 +48,8 @@ pub(super) struct Evidence<'a> {
 pub(super) struct Judgement {
     pub(super) criteria: Vec<Criterion<VerifyCriterion>>,
     pub(super) more: Vec<Warning>,
+    /// The share of the lines of the band that could not be evaluated: without target, or hidden by the sensor's noise, 0–1.
+    pub(super) left_out: f64,
 }
 
 /// From this correlation on a measurement is taken for a copy of its target: no device and no sensor reaches it.
@@ -148,7 +150,12 @@ pub(super) fn judge(evidence: &Evidence<'_>) -> Judgement {
         });
     }
     more.extend(of_clock(evidence.clock));
-    Judgement { criteria, more }
+    let left_out = lines.without_target + lines.hidden;
+    Judgement {
+        criteria,
+        more,
+        left_out: left_out as f64 / (left_out + lines.compared.len()).max(1) as f64,
+    }
 }
 
 fn of(what: VerifyCriterion, unit: &str, found: Found, limit: Limit) -> Criterion<VerifyCriterion> {

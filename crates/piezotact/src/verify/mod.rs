@@ -127,6 +127,9 @@ pub struct Verification {
     pub criteria: Vec<Criterion<VerifyCriterion>>,
     /// What is concluded.
     pub verdict: Verdict,
+    /// The share of the lines of the band that could not be evaluated: without target, or hidden by the sensor's noise, 0–1.
+    #[serde(skip)]
+    pub left_out: f64,
     /// Whether the waveform is judged, or the spectrum alone.
     pub mode: Mode,
     /// The limits.
@@ -299,7 +302,11 @@ pub fn verify<Q: Quantity>(
         .iter()
         .filter_map(|band| band.common(config.band));
     let achievable_band_hz: Vec<Band> = achievable.collect();
-    let Judgement { criteria, more } = judgement(
+    let Judgement {
+        criteria,
+        more,
+        left_out,
+    } = judgement(
         &synchronised,
         [&asked, &intended],
         &measured,
@@ -340,6 +347,7 @@ pub fn verify<Q: Quantity>(
         clock,
         criteria,
         verdict,
+        left_out,
         mode: config.mode,
         limits: config.limits.clone(),
         is_rehearsal: false,

@@ -64,6 +64,29 @@ fn delays_are_found_to_a_fraction_of_a_sample_either_way() {
     }
 }
 
+/// A target of 31 to 497 Hz has no lines in half of the band up to 970 Hz: the conclusion says so, whatever the verdict.
+#[test]
+fn the_conclusion_says_how_much_of_the_band_could_not_be_evaluated() {
+    let (target, measured) = (texture(20_000, 0.0, 1.0), texture(20_000, 0.003, 1.0));
+    let over = |high_hz: f64| {
+        let band = Band::new(Hertz(30.0), Hertz(high_hz)).unwrap();
+        let config = VerifyConfig::over(band, RATE_HZ);
+        verify(&target, Measured::alone(&measured), &config).unwrap()
+    };
+    let [all, half] = [500.0, 970.0].map(over);
+    assert!(
+        !all.sentence().contains("could not be evaluated"),
+        "{}",
+        all.sentence()
+    );
+    assert!((0.45..0.55).contains(&half.left_out), "{}", half.left_out);
+    let share = format!(
+        " over 30–970 Hz ({:.0} % of the lines of the band could not be evaluated): ",
+        half.left_out * 100.0
+    );
+    assert!(half.sentence().contains(&share), "{}", half.sentence());
+}
+
 #[test]
 fn a_level_is_a_level_and_not_a_shape() {
     let v = judged(&texture(20_000, 0.0, 1.0), &texture(20_000, 0.0, 2.0));

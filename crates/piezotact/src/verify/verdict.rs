@@ -310,6 +310,19 @@ impl Verification {
         ))
     }
 
+    /// What the verdict is about: the judged band, with the share of the lines that could not be evaluated.
+    fn over(&self) -> String {
+        const NONE: f64 = 0.005;
+        let left_out = match self.left_out {
+            few if few < NONE => String::new(),
+            share => format!(
+                " ({:.0} % of the lines of the band could not be evaluated)",
+                share * 100.0
+            ),
+        };
+        format!(" over {}{left_out}", self.judged_band())
+    }
+
     /// One line with the verdict and its reasons: every criterion that is not met or not decided, otherwise the main ones.
     #[must_use]
     pub fn sentence(&self) -> String {
@@ -342,7 +355,7 @@ impl Verification {
             Verdict::PassedInPart { power_share } => {
                 format!(", over {:.0} % of the target's power", power_share * 100.0)
             }
-            _ => format!(" over {}", self.judged_band()),
+            _ => self.over(),
         };
         let over = match self.mode {
             Mode::Replicate => over,

@@ -73,7 +73,7 @@ enum CampaignCommand {
     Run(Box<run::Arguments>),
     /// Simulates a campaign with virtual volunteers on the digital twin, from their strokes to their answers.
     #[command(
-        after_help = "The study that is made is read as any other: `piezotact answers STUDY`, `campaign status`, `campaign export`. A simulation that was interrupted goes on with the same command.\n\nExample:\n  piezotact campaign simulate isotropic_triplets --study simulated --participants 10 --seed 7"
+        after_help = "The study that is made is read as any other: `piezotact answers STUDY`, `campaign status`, `campaign export`. A simulation that was interrupted goes on with the same command.\n\nExample:\n  piezotact campaign simulate simulated --protocol isotropic_triplets --participants 10 --seed 7"
     )]
     Simulate(simulate::Arguments),
     /// Prints where every session of a study stands.

@@ -30,11 +30,12 @@ use which::which_of;
 
 #[derive(Clone, Debug, Args)]
 pub(crate) struct Arguments {
-    /// The protocol: a file, or a name of the library.
-    protocol: PathBuf,
     /// The folder of the study, which is made, or gone on with.
-    #[arg(long, value_name = "STUDY")]
+    #[arg(value_name = "STUDY")]
     study: PathBuf,
+    /// The protocol: a file, or a name of the library.
+    #[arg(long)]
+    protocol: PathBuf,
     /// The number of virtual volunteers; default: that of the protocol.
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=1000))]
     participants: Option<u32>,

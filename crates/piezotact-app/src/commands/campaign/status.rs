@@ -1,6 +1,6 @@
 //! `piezotact campaign status`: where every session of a study stands.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use piezotact::page::{Cell, Column, Table};
@@ -10,23 +10,26 @@ use piezotact_report::report;
 
 use super::study::{Begun, Study, said};
 use crate::failure::Outcome;
-use crate::output::{print, say_warnings};
+use crate::output::{print, say_warnings, write_text};
+use crate::places::outputs;
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
     /// The folder of the study.
     #[arg(value_name = "STUDY")]
     study: PathBuf,
-    /// Prints the sessions as a table with commas (CSV), and nothing else.
-    #[arg(long)]
-    csv_text: bool,
+    /// Writes the sessions as a table, with a row for each.
+    #[arg(long, value_name = "TABLE.csv")]
+    csv: Option<PathBuf>,
 }
 
 pub(crate) fn run(args: &Arguments) -> Outcome {
+    let written: Vec<&Path> = args.csv.iter().map(PathBuf::as_path).collect();
+    outputs(&[], &written)?;
     let study = Study::open(&args.study)?;
     let table = sessions(&study)?;
-    if args.csv_text {
-        return print(report::csv(&table)?.trim_end());
+    if let Some(path) = &args.csv {
+        write_text(path, &report::csv(&table)?)?;
     }
     print(&format!(
         "{}: {} of {} {} completed {}",
@@ -45,7 +48,8 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         print(&report::text(&thresholds)?)?;
     }
     say_warnings(&study.warnings()?);
-    Ok(())
+    let wrote = |path: &PathBuf| print(&format!("wrote {}", path.display()));
+    args.csv.iter().try_for_each(wrote)
 }
 
 /// Every session with its stage, one row for each.

@@ -15,6 +15,7 @@ use crate::cli::{Finger, Level, Reading, Render};
 use crate::commands::play::played;
 use crate::commands::render::{self, Done};
 use crate::commands::verify::verified;
+use crate::deliver::Outputs;
 use crate::failure::{Failure, Outcome, sentence};
 use crate::interrupt::{Between, interrupted};
 use crate::keeping::{Earlier, Raw, done};
@@ -231,8 +232,7 @@ fn request(args: &Arguments, textures: &Textures) -> Render {
         },
         record: args.mode.map(|_| place("measured", "parquet")),
         discard_raw: false,
-        report: None,
         allow_clipping: false,
-        json: false,
+        outputs: Outputs::default(),
     }
 }

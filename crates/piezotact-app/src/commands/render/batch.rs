@@ -1,28 +1,29 @@
 //! Several renderings in one go: what was rendered, what was refused, and what did not come to its end.
 
+use std::path::{Path, PathBuf};
+
 use anyhow::anyhow;
-use piezotact::document::Document;
+use piezotact::page::Shown as _;
 use piezotact_bench::ProcedureError;
-use piezotact_bench::document::{RefusedRendering, RenderBatchDocument};
-use piezotact_report::rendering::Page;
+use piezotact_bench::document::{RefusedRendering, RenderBatchDocument, RenderedTextures};
 use serde_json::Value;
 
 use super::{Done, Job, folder_of};
-use crate::advice::OptionWords;
 use crate::cli::Render;
+use crate::deliver::{deliver_and, write};
 use crate::failure::{Failure, Outcome, sentence};
-use crate::invocation::write_report;
 use crate::keeping::{self, Raw};
-use crate::output::{print, print_document, print_made, say};
+use crate::output::say;
 
 /// The jobs of a command, as they are done.
 pub(super) struct Batch<'a> {
     args: &'a Render,
     jobs: &'a [Job<'a>],
-    page: Page,
-    /// Of several the renderings in their document, of one its document.
-    renderings: Vec<Value>,
-    refused: Vec<RefusedRendering>,
+    /// Of several what was rendered and what was refused; of one its drive.
+    all: RenderBatchDocument<Value>,
+    only: Option<Done>,
+    /// The drives that are written.
+    written: Vec<PathBuf>,
     /// What is said of closed loops that did not come to their end.
     unfinished: Vec<String>,
     begun: usize,
@@ -33,9 +34,13 @@ impl<'a> Batch<'a> {
         Self {
             args,
             jobs,
-            page: Page::of(args.band, jobs.len()),
-            renderings: Vec::new(),
-            refused: Vec::new(),
+            all: RenderBatchDocument {
+                renderings: Vec::new(),
+                refused: Vec::new(),
+                shown: RenderedTextures::of(args.band, jobs.len()),
+            },
+            only: None,
+            written: Vec::new(),
             unfinished: Vec::new(),
             begun: 0,
         }
@@ -52,7 +57,7 @@ impl<'a> Batch<'a> {
             say(&format!("{}:", job.called));
         }
         match job.done(self.args) {
-            Ok(done) => self.take(job, &done)?,
+            Ok(done) => self.take(job, done)?,
             Err(Failure::Data(error) | Failure::Usage(error)) if self.is_several() => {
                 self.refuse(job, &error);
             }
@@ -66,35 +71,27 @@ impl<'a> Batch<'a> {
             Err(failure) => return Err(failure),
         }
         // After every one: an interrupted run leaves the report of what is done.
-        match &self.args.report {
-            Some(path) => write_report(path, &self.page.html()),
-            None => Ok(()),
+        match self.is_several() {
+            true => write(&self.args.outputs, &self.all.page()),
+            false => Ok(()),
         }
     }
 
-    fn take(&mut self, job: &Job<'_>, done: &Done) -> Outcome {
-        let document = done.document(job, self.args);
-        self.renderings.push(match self.is_several() {
-            true => serde_json::to_value(&document)?,
-            false => serde_json::to_value(Document::of(&document))?,
-        });
-        if !self.args.json {
-            done.say()?;
-        }
-        let Some(corrected) = &done.corrected else {
-            return Ok(());
-        };
-        let looped = &corrected.looped;
-        if self.args.report.is_some() {
-            let summary = looped.summary(&job.called, done.level_db, &done.drive);
-            self.page.add(&summary, &OptionWords)?;
-        }
-        if let Some(said) = &looped.failed {
+    fn take(&mut self, job: &Job<'_>, done: Done) -> Outcome {
+        self.written.push(done.out.clone());
+        if let Some(said) = done.unfinished() {
             let kept = format!("{said}; {} holds the best drive so far", job.out.display());
             if self.is_several() {
                 say(&format!("error: {kept}"));
             }
             self.unfinished.push(kept);
+        }
+        if self.is_several() {
+            let document = done.document(job, self.args);
+            self.all.renderings.push(serde_json::to_value(&document)?);
+            self.all.shown.add(&document);
+        } else {
+            self.only = Some(done);
         }
         Ok(())
     }
@@ -105,13 +102,13 @@ impl<'a> Batch<'a> {
         if continues(error) {
             self.unfinished.push(why.clone());
         }
-        self.refused.push(RefusedRendering {
+        self.all.shown.refuse(&job.called, &why);
+        self.all.refused.push(RefusedRendering {
             called: job.called.clone(),
             target: job.target.to_owned(),
             transfer: job.transfer.to_owned(),
-            why: why.clone(),
+            why,
         });
-        self.page.refuse(&job.called, why);
     }
 
     /// Discards or keeps the measurements when all is done. One that was broken off goes on with them.
@@ -130,20 +127,13 @@ impl<'a> Batch<'a> {
         Ok(())
     }
 
-    /// Prints what was rendered as JSON, or where the report is.
-    pub(super) fn print(&mut self) -> Outcome {
-        if self.args.json {
-            return match self.renderings.as_slice() {
-                [only] if !self.is_several() => print_made(only.clone()),
-                _ => print_document(&RenderBatchDocument {
-                    renderings: self.renderings.clone(),
-                    refused: self.refused.clone(),
-                }),
-            };
-        }
-        match &self.args.report {
-            Some(path) => print(&format!("report: {}", path.display())),
-            None => Ok(()),
+    /// Hands out what was rendered.
+    pub(super) fn deliver(&self) -> Outcome {
+        let outputs = &self.args.outputs;
+        let written: Vec<&Path> = self.written.iter().map(PathBuf::as_path).collect();
+        match (&self.only, self.jobs) {
+            (Some(only), [job]) => deliver_and(outputs, &only.document(job, self.args), &written),
+            _ => deliver_and(outputs, &self.all, &written),
         }
     }
 
@@ -156,7 +146,7 @@ impl<'a> Batch<'a> {
         if self.begun < all {
             return Err(Failure::Data(anyhow!(
                 "stopped by hand: {} of {all} were rendered; {}",
-                self.renderings.len(),
+                self.written.len(),
                 self.continued()
             )));
         }
@@ -167,7 +157,7 @@ impl<'a> Batch<'a> {
                 self.continued()
             )));
         }
-        match self.refused.len() {
+        match self.all.refused.len() {
             0 => Ok(()),
             some if some == all => Err(Failure::Data(anyhow!("none of {all} could be rendered"))),
             some => Err(Failure::Data(anyhow!(
@@ -188,7 +178,7 @@ impl<'a> Batch<'a> {
             ),
         });
         if self.jobs.iter().all(|job| job.runs.is_none()) {
-            return match self.renderings.len() {
+            return match self.written.len() {
                 0 => "nothing was written; give the same command again".into(),
                 _ => {
                     "their drives are written; give the same command again to render the others too"

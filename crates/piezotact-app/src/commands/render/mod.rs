@@ -31,7 +31,6 @@ use crate::failure::{Failure, Outcome, usage};
 use crate::interrupt::{Between, interrupted};
 use crate::keeping::{Earlier, Purpose, go_on, runs_of};
 use crate::memory::fits;
-use crate::output::{print, say_warnings};
 use crate::places::{folder_of, outputs, recording_files};
 use crate::progress::{Words, Work};
 use crate::reading::{read, texture};
@@ -64,7 +63,7 @@ pub(crate) fn run(args: &Render) -> Outcome {
     }
     drop((rendering, between));
     batch.tidy()?;
-    batch.print()?;
+    batch.deliver()?;
     batch.outcome()
 }
 
@@ -172,7 +171,7 @@ fn check_outputs(args: &Render, jobs: &[Job<'_>]) -> Outcome {
                 .into_iter()
                 .chain(record.flat_map(|record| recording_files(record)))
         })
-        .chain(args.report.clone())
+        .chain(args.outputs.files().into_iter().map(Path::to_path_buf))
         .collect();
     let made = if jobs.len() > 1 {
         folders(&[Some(args.out.as_path()), args.record.as_deref()])?
@@ -517,33 +516,6 @@ impl Done {
     /// Why the closed loop did not come to its end; none where it did.
     pub(super) fn unfinished(&self) -> Option<&str> {
         self.corrected.as_ref()?.looped.failed.as_deref()
-    }
-
-    /// What was written, in words.
-    fn say(&self) -> Outcome {
-        let drive = &self.drive;
-        say_warnings(&drive.about.warnings);
-        let bands: Vec<String> = drive
-            .coverage
-            .reached
-            .iter()
-            .map(ToString::to_string)
-            .collect();
-        let bands = if bands.is_empty() {
-            "none".into()
-        } else {
-            bands.join(", ")
-        };
-        let level = if self.level_db == 0.0 {
-            String::new()
-        } else {
-            format!(" at {:+.1} dB", self.level_db)
-        };
-        print(&format!(
-            "wrote {}{level}: {}; achievable band {bands}",
-            self.out.display(),
-            drive.headroom.text(),
-        ))
     }
 
     fn document<'a>(&'a self, job: &'a Job<'_>, args: &Render) -> RenderDocument<'a> {

@@ -138,7 +138,7 @@ fn bench(args: &Record, parameters: &TwinParameters) -> Outcome<Option<Box<dyn A
             } else {
                 ShakerMount::Finger
             };
-            let duration = Seconds(args.duration.unwrap_or(SHAKER_S));
+            let duration = Seconds(args.seconds.unwrap_or(SHAKER_S));
             let excitation = ShakerExcitation::thesis(duration, args.who.seed);
             ShakerBench::new(parameters, participant, mount, excitation).into_acquirer()
         }
@@ -192,7 +192,7 @@ fn only_where_they_count(args: &Record) -> Outcome {
         ("--load", args.load.is_some(), !eeg),
         ("--angle", args.angle.is_some(), !eeg),
         ("--live", args.live.is_asked_for(), !eeg),
-        ("--duration", args.duration.is_some(), shaker),
+        ("--seconds", args.seconds.is_some(), shaker),
         ("--control", args.control, shaker),
         ("--task", args.task.is_some(), eeg),
         ("--trials", args.trials.is_some(), eeg),
