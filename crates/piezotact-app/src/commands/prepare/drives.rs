@@ -233,6 +233,7 @@ fn request(args: &Arguments, textures: &Textures) -> Render {
         discard_raw: false,
         report: None,
         allow_clipping: false,
+        fade: 0.0,
         json: false,
     }
 }
