@@ -212,6 +212,12 @@ impl<O: Quantity> Correction<O> {
         })
     }
 
+    /// How it is rendered, with as much silence around the texture as its inverse rings.
+    #[must_use]
+    pub fn render(&self) -> &RenderConfig {
+        &self.render
+    }
+
     /// The target as it is to be met: about its mean.
     #[must_use]
     pub fn target(&self) -> &Series<O> {

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::waveform::NEARLY_ALL;
 use super::{Extent, ScoreConfig, ScoreError, ScoreWarning, Waveform};
 use crate::quantity::{Acceleration, SampleRate, Seconds};
 use crate::render::offset;
@@ -37,6 +38,10 @@ impl Compared {
         config: &ScoreConfig,
         warnings: &mut Warnings,
     ) -> Result<Self, ScoreError> {
+        let [a, b] = whole.map(|x| x.samples().len());
+        let shorter = a.min(b);
+        let enough = (NEARLY_ALL * shorter as f64).min(config.welch.segment as f64);
+        let shared = shared.filter(|[a, _]| a.samples().len() as f64 >= enough);
         let extent = match shared {
             Some(_) => Extent::SharedPart,
             None => Extent::WholeOfEach,
@@ -53,6 +58,15 @@ impl Compared {
             .into_iter()
             .zip(kept)
         {
+            // A cut of a texture says little of it, whereas an effect with silence around it is all there is.
+            let is_whole = kept.start > 0 && kept.end < x.samples().len();
+            if extent == Extent::WholeOfEach && !is_whole && kept.len() < config.welch.segment {
+                return Err(ScoreError::TooShort {
+                    what,
+                    needed: rate.duration_of(config.welch.segment),
+                    found: rate.duration_of(kept.len()),
+                });
+            }
             let silence = x.samples().len() - kept.len();
             if silence == 0 {
                 series.push(x);

@@ -240,7 +240,8 @@ pub const MEMORY_BYTES_A_SAMPLE: usize = 110;
 /// # Errors
 /// [`ScoreError::Rate`] when the rates differ, [`ScoreError::BandAboveNyquist`], [`ScoreError::Jnd`] when a JND is not
 /// above zero, [`ScoreError::Silent`] when either holds nothing in the band, [`ScoreError::NoBand`] when the band
-/// lies below 1 Hz, [`ScoreError::TooShort`] when either is shorter than 5 ms.
+/// lies below 1 Hz, [`ScoreError::TooShort`] when either is shorter than 5 ms, or is a cut of less than a segment, without silence around
+/// it, that the other does not follow.
 ///
 /// ```
 /// use piezotact::quantity::{Acceleration, Band, Decibels, Hertz, SampleRate};
@@ -637,9 +638,13 @@ pub enum ScoreError {
         /// Where the signals end.
         highest: Hertz,
     },
-    /// Shorter than any effect.
+    /// Shorter than any effect; or than a segment of the spectra, where it is no effect with silence around it.
     #[error(
-        "expected {what} to last {needed:.3} or longer, found {found:.3}; record longer, or loop it"
+        "expected {what} to last {} or longer, found {found:.3}; record longer, or loop it",
+        match needed.0 < 0.1 {
+            true => format!("{needed:.3}"),
+            false => format!("{needed:.2}"),
+        }
     )]
     TooShort {
         /// Which of the two.
