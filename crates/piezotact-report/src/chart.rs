@@ -563,8 +563,6 @@ mod tests {
         let both = svg(&chart, HEIGHT).unwrap();
         assert_eq!(both.matches("<svg").count(), 2);
         assert!(both.contains("class=\"wide-format\"") && both.contains("class=\"narrow-format\""));
-        let alone = file(&chart, HEIGHT).unwrap();
-        assert_eq!(alone.matches("<svg").count(), 1);
     }
 
     /// All names are there, upright where they do not fit side by side; only what fits in no way is left out.

@@ -335,7 +335,7 @@ mod tests {
         check(&[], (-20.0, 0.0));
     }
 
-    /// The highest row comes first, and a file of its own has a size.
+    /// The highest row comes first.
     #[test]
     fn high_frequencies_are_on_top() {
         let panel = rising("rising", 1.0, 1.0);
@@ -347,11 +347,5 @@ mod tests {
             .unwrap();
         let at_hz = panel.frequencies_hz[rows - 1 - loudest];
         assert!((100.0..=130.0).contains(&at_hz), "{at_hz}");
-        let alone = file(&figure(vec![panel], "V²/Hz")).unwrap();
-        assert!(
-            alone.starts_with("<svg width=\"900\" height=\"417\" role=\"img\" aria-label=\"Spec"),
-            "{}",
-            &alone[..80]
-        );
     }
 }

@@ -5,6 +5,7 @@
 //! by band, in m/s² over the detection threshold, and counts differences in JND of level and of frequency. Waveform
 //! similarity and the indices of the literature are reported as well.
 
+mod active;
 mod excitation;
 pub mod literature;
 mod measurement;
@@ -14,6 +15,7 @@ mod verdict;
 mod warning;
 mod waveform;
 
+use active::Compared;
 use excitation::{Plans, Waveform as Segments, evidence, parts, spread};
 use serde::{Deserialize, Serialize};
 pub use warning::{NoIndicesCause, NotComparedCause, NotComputed, ScoreWarning};
@@ -218,7 +220,9 @@ pub const MEMORY_BYTES_A_SAMPLE: usize = 110;
 /// The perceptual distance of `test` from `reference` in JND, and whether they can be distinguished.
 ///
 /// Where one waveform follows the other (correlation above 0.5 either way over four fifths of the shorter, above 0.8 over less)
-/// they are aligned, and the time that they share is compared; or else all of each.
+/// they are aligned, and the time that they share is compared; or else all of each. Silence of 50 ms or more before and after a
+/// vibration (30 dB below its loudest 5 ms) is left out, with a warning; a vibration shorter than a segment is compared by one
+/// segment around it, at the level of its own duration.
 ///
 /// Formulas: excitation e = Σ S(f)/a(f)²·Δf, a the detection threshold, spread over third octaves as
 /// [`ScoreConfig::spreading`] says. What lies below a floor is lifted to it: 1 (the threshold) for the sum over all bands, and
@@ -237,7 +241,8 @@ pub const MEMORY_BYTES_A_SAMPLE: usize = 110;
 /// # Errors
 /// [`ScoreError::Rate`] when the rates differ, [`ScoreError::BandAboveNyquist`], [`ScoreError::Jnd`] when a JND is not
 /// above zero, [`ScoreError::Silent`] when either holds nothing in the band, [`ScoreError::NoBand`] when the band
-/// lies below 1 Hz, [`ScoreError::TooShort`] when either is shorter than a segment.
+/// lies below 1 Hz, [`ScoreError::TooShort`] when either is shorter than 5 ms, or is a cut of less than a segment, without silence around
+/// it, that the other does not follow.
 ///
 /// ```
 /// use piezotact::quantity::{Acceleration, Band, Decibels, Hertz, SampleRate};
@@ -288,11 +293,8 @@ fn scored(
         });
     }
     let (waveform, shared) = waveforms(reference, test, config.band, &mut warnings);
-    let shared = shared.filter(|[a, _]| a.samples().len() >= config.welch.segment);
-    let (extent, reference, test) = match &shared {
-        Some([a, b]) => (Extent::SharedPart, a, b),
-        None => (Extent::WholeOfEach, reference, test),
-    };
+    let found = Compared::of([reference, test], shared, config, &mut warnings)?;
+    let (extent, [reference, test]) = (found.extent, &found.series);
     let rate_hz = reference.rate().hz();
     let bands = config.band.third_octaves();
     if bands.is_empty() {
@@ -303,13 +305,22 @@ fn scored(
     let a = excited("the reference", reference, &plans, config)?;
     let b = excited("the test", test, &plans, config)?;
     let segments = a.segments().min(b.segments());
-    let scales = evidence([(reference, &a), (test, &b)], extent, &plans, &config.welch)?;
+    let scales = match found.is_short {
+        true => vec![a.scatter_of_noise(&b, &config.welch, found.independent(waveform.as_ref()))],
+        false => evidence([(reference, &a), (test, &b)], extent, &plans, &config.welch)?,
+    };
     let (a, b) = (&a.mean, &b.mean);
-    let found = differences(a, b, &model, &scales);
-    let score = found.largest();
-    let bands = band_scores(&bands, a, b, &found, &model);
-    let within_jnd = within(reference, test, &plans, &config.welch)?;
-    let over_time = over_time(reference, test, &plans)?;
+    let apart = differences(a, b, &model, &scales);
+    let score = apart.largest();
+    let bands = band_scores(&bands, a, b, &apart, &model);
+    // A short effect has no halves that are alike, and no level that changes.
+    let (within_jnd, over_time) = match found.is_short {
+        true => (None, None),
+        false => (
+            within(reference, test, &plans, &config.welch)?,
+            over_time(reference, test, &plans)?,
+        ),
+    };
     let criteria = verdict::criteria(
         score,
         (extent, within_jnd),
@@ -322,7 +333,7 @@ fn scored(
         balance,
         wanders,
         ..
-    } = found;
+    } = apart;
 
     warnings.extend(warnings_about([reference, test], [a, b], segments));
     warnings.extend(model.warnings());
@@ -334,7 +345,6 @@ fn scored(
     let modulation = over_time.map(|[a, b]| [a.db, b.db]);
     let literature = computed(indices(reference, test), &mut warnings);
     let power = |x: &Excitation| x.power.iter().sum::<f64>();
-    let shorter = reference.duration().0.min(test.duration().0);
     let mut found = Score {
         score,
         sentence: String::new(),
@@ -346,7 +356,7 @@ fn scored(
                 (balance, b.log_centroid() > a.log_centroid()),
             ],
             &bands,
-            Seconds(shorter),
+            Seconds(found.shorter_s),
         ),
         criteria,
         within_jnd,
@@ -453,9 +463,9 @@ fn refuse(
             highest: rate.nyquist(),
         });
     }
-    let needed = rate.duration_of(config.welch.segment);
+    let needed = active::SHORTEST;
     for (what, x) in [("the reference", reference), ("the test", test)] {
-        if x.samples().len() < config.welch.segment {
+        if x.duration().0 < needed.0 {
             return Err(ScoreError::TooShort {
                 what,
                 needed,
@@ -636,9 +646,13 @@ pub enum ScoreError {
         /// Where the signals end.
         highest: Hertz,
     },
-    /// Shorter than a segment of the spectra.
+    /// Shorter than any effect; or than a segment of the spectra, where it is no effect with silence around it.
     #[error(
-        "expected {what} to last {needed:.2} or longer, found {found:.3}; record longer, or loop it"
+        "expected {what} to last {} or longer, found {found:.3}; record longer, or loop it",
+        match needed.0 < 0.1 {
+            true => format!("{needed:.3}"),
+            false => format!("{needed:.2}"),
+        }
     )]
     TooShort {
         /// Which of the two.
@@ -689,3 +703,6 @@ pub enum ScoreError {
     #[error(transparent)]
     Series(#[from] SeriesError),
 }
+
+#[cfg(test)]
+mod short_tests;
