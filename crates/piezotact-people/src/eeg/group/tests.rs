@@ -10,6 +10,7 @@ use crate::eeg::tfr::TfrConfig;
 use crate::eeg::warning::code_and_cause;
 use crate::eeg::{EegWarning, ElectrodesFault, MarkersFault};
 use piezotact::Warning;
+use piezotact::page::Shown as _;
 use piezotact::quantity::{Band, Hertz, SampleRate};
 
 const CHANNELS: [&str; 9] = ["C3", "C1", "Cz", "C2", "C4", "FC3", "FC4", "CP3", "CP4"];

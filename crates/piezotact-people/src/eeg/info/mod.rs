@@ -293,6 +293,8 @@ impl EegInfo {
 
 #[cfg(test)]
 mod tests {
+    use piezotact::page::Shown as _;
+
     use super::*;
     use piezotact::recording::{Condition, Event, EventValue, Provenance, Recording};
 
