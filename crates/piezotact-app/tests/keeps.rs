@@ -417,7 +417,7 @@ fn a_command_replaces_what_it_wrote_itself() {
     for line in [cuts.to_owned(), format!("{cuts} --force")] {
         run(&folder, &line).expect_failure(2, &["t.cuts already exists", "edited by hand"]);
     }
-    let document = "spectrum texture.wav --csv psd.csv --scale 1m/s2";
+    let document = "spectrum texture.wav --report document.html --scale 1m/s2";
     run(&folder, document).expect_success();
     run(&folder, &format!("{document} --segment 512")).expect_success();
 }

@@ -109,11 +109,10 @@ fn renamed_option<'w>(
 ) -> Option<String> {
     let (mut command, mut names) = (root, Vec::new());
     for word in words {
-        let Some(below) = command.find_subcommand(word) else {
-            break;
-        };
-        command = below;
-        names.push(word);
+        if let Some(below) = command.find_subcommand(word) {
+            command = below;
+            names.push(word);
+        }
     }
     let name = names.join(" ");
     let mut former = FORMER_OPTIONS.iter();
