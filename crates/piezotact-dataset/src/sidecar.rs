@@ -107,7 +107,7 @@ pub fn read_sidecar(path: &Path) -> Result<Option<Sidecar>, ReadError> {
 #[must_use]
 pub fn read_rendering(path: &Path) -> Option<Rendering> {
     let read = read_with_samples(path).ok().flatten()?;
-    let found = crate::wav::fingerprint(path, &std::fs::read(path).ok()?).ok()?;
+    let found = crate::wav::fingerprint(path, &crate::reads::read(path).ok()?).ok()?;
     let is_of_these = read.of_samples.samples.as_ref() == Some(&found);
     read.sidecar.rendering.filter(|_| is_of_these)
 }
