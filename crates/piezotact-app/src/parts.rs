@@ -90,7 +90,7 @@ impl Parts {
         let mut files = Vec::new();
         if let Some(folder) = &self.figures {
             let drawn = figures(html, self.columns);
-            required(!drawn.is_empty(), FIGURES)?;
+            required(drawn.len(), FIGURES)?;
             let file = |figure: &FigurePart| folder.join(format!("{}.svg", figure.name));
             #[cfg(feature = "full")]
             files.extend(pictures(folder, &drawn)?);
@@ -103,7 +103,7 @@ impl Parts {
         if let Some(folder) = &self.tables {
             let file = |name: &str| folder.join(format!("{name}.csv"));
             let drawn = tables(html)?;
-            required(!drawn.is_empty(), TABLES)?;
+            required(drawn.len(), TABLES)?;
             files.extend(
                 drawn
                     .into_iter()
@@ -155,10 +155,10 @@ fn pictures(folder: &Path, figures: &[FigurePart]) -> Outcome<Vec<(PathBuf, Vec<
 }
 
 /// Refuses an option for what the report does not have: its folder would be empty.
-fn required(is_there: bool, what: &str) -> Outcome {
-    match is_there {
-        true => Ok(()),
-        false => Err(usage(anyhow!(
+fn required(count: usize, what: &str) -> Outcome {
+    match count {
+        1.. => Ok(()),
+        0 => Err(usage(anyhow!(
             "expected {what} in the report for --{what}, found none; leave the option out"
         ))),
     }

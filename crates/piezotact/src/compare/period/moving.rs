@@ -45,8 +45,8 @@ const HIGHEST: usize = 12;
 /// Whether lines of the candidate `wavenumber` at the speeds of `reaching` move: the line of each speed is looked for at its frequency
 /// at all other speeds, where it is no multiple of the candidate.
 ///
-/// Formula: the height p of the line of speed i at the same frequency at speed j is N(p_i, s_i² + s_j² + 6²) dB where lines stay, and
-/// the highest of n values of noise, N(m_n·s_j, s_j² + 4²), or less, where they move; s = 5.57 dB/√(strokes), the scatter of a mean of log
+/// Formula: the height p of the line of speed i at the same frequency at speed j is `N(p_i, s_i² + s_j² + 6²)` dB where lines stay, and
+/// the highest of n values of noise, `N(m_n·s_j, s_j² + 4²)`, or less, where they move; s = 5.57 dB/√(strokes), the scatter of a mean of log
 /// periodograms. Lines move where that is 100 times as likely over all speeds
 /// and 3 times at two of them or more; the line of a speed stays where that is 20 times as likely.
 ///
