@@ -76,7 +76,8 @@ impl SpatialPeriod {
                 listed_hz(&self.lines.stronger_hz)
             ),
             Outcome::NotDecided if self.is_shared() => format!(
-                "a period of {number} is that of all samples: it comes from the drive of the machine or from the finger's ridges, not from a texture"
+                "spatial period not decided: all samples have that of {number}, so it may come from the drive of the machine or from the finger's \
+                 ridges; record a smooth sample too, and the machine without contact"
             ),
             _ if self.jumps() => {
                 format!("spatial period not decided: it differs between loads ({groups})")

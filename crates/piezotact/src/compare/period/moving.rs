@@ -1,13 +1,13 @@
 //! Whether the lines of a candidate move with the speed, or stay at their frequencies as those of a machine do.
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use super::spectra::{AROUND, Spectrum};
 use super::{HIGHEST_OF_MANY, LEAST_SPEEDS, PROMINENT_DB, PeriodCriterion, SCATTER_DB, SpeedPeak};
 use crate::criterion::{Criterion, Limit};
 
 /// What the lines at all speeds say of a candidate.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct LinesOfSpeeds {
     /// The natural logarithm of the likelihood that lines move with the speed …
@@ -17,10 +17,10 @@ pub struct LinesOfSpeeds {
     /// At how many speeds the line moves.
     pub moving_speeds: usize,
     /// The lines of the candidate that other speeds have at the same frequency, Hz.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub fixed_hz: Vec<f64>,
     /// Lines that are no multiple of the candidate and stand higher, one a speed, Hz.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub stronger_hz: Vec<f64>,
 }
 
@@ -186,7 +186,8 @@ fn stronger(all: &[Spectrum], own: &Spectrum, wavenumber: f64) -> Option<f64> {
     let needed_db = PROMINENT_DB
         .max(HIGHEST_OF_MANY * own.scatter_db())
         .max(highest_tooth_db + HIGHER_DB);
-    let stays = |hz: f64, own_db: f64| {
+    // One speed that has it is enough: at the others it may lie on a multiple of the candidate.
+    let elsewhere = |hz: f64, own_db: f64| {
         let mut others = all.iter().filter(|s| s.speed_m_s != own.speed_m_s);
         others.any(|other| {
             let found_db = other.line_db(hz);
@@ -196,7 +197,7 @@ fn stronger(all: &[Spectrum], own: &Spectrum, wavenumber: f64) -> Option<f64> {
     let lines = own.highest_lines_hz(HIGHEST);
     lines.into_iter().find(|hz| {
         let level_db = own.line_db(*hz).unwrap_or(f64::MIN);
-        level_db >= needed_db && !tooth(*hz) && !stays(*hz, level_db)
+        level_db >= needed_db && !tooth(*hz) && !elsewhere(*hz, level_db)
     })
 }
 

@@ -259,6 +259,43 @@ fn a_period_is_found_beside_a_machine_and_not_beside_another_period() {
     );
 }
 
+/// Three samples with one period may have it from the drive or the finger, which move too: not decided. Where one has another, all are kept;
+/// two samples that show none are no evidence for it.
+#[test]
+fn a_period_that_all_samples_have_is_not_decided() {
+    let mut noise = Noise(12);
+    let mut of = |period_m: f64, level: f64| {
+        let texture = |s: f64, speed: f64| level * tone(speed / period_m, s);
+        period_of(&at_three_speeds(&mut noise, SPEEDS, &texture), SPEEDS)
+    };
+    let mut alike = [of(0.0004, 1.0), of(0.0004, 0.5), of(0.0004, 2.0)];
+    let [a, b, c] = &mut alike;
+    compare_periods(&mut [("A", a), ("B", b), ("C", c)]);
+    for period in &alike {
+        assert_eq!(period.outcome, Outcome::NotDecided, "{period:?}");
+        let said = period.conclusion();
+        assert!(said.contains("all samples have that of 0.400 mm"), "{said}");
+    }
+    let mut other = [of(0.0004, 1.0), of(0.0004, 0.5), of(0.0007, 1.0)];
+    let [a, b, c] = &mut other;
+    compare_periods(&mut [("A", a), ("B", b), ("C", c)]);
+    assert!(
+        other.iter().all(|period| period.outcome == Outcome::Met),
+        "{other:?}"
+    );
+    let mut one = [of(0.0004, 1.0), of(0.0004, 0.0), of(0.0004, 0.0)];
+    let [a, b, c] = &mut one;
+    compare_periods(&mut [("A", a), ("B", b), ("C", c)]);
+    assert_eq!(one[0].outcome, Outcome::Met, "{:?}", one[0]);
+    for none in &one[1..] {
+        let said = none.conclusion();
+        assert!(
+            none.outcome != Outcome::Met && !said.contains("all samples"),
+            "{said}"
+        );
+    }
+}
+
 /// Speeds too near each other to see whether a line moves decide nothing.
 #[test]
 fn speeds_that_hardly_differ_decide_nothing() {
