@@ -114,6 +114,11 @@ impl Writing {
         made_at(report).is_some_and(|made| self.is_of_the_same(&made) && self.wrote(&made, part))
     }
 
+    /// Whether a person asked for everything to be replaced.
+    pub(crate) fn replaces_everything(&self) -> bool {
+        self.existing == Existing::Replaced
+    }
+
     /// Refuses an ending that is not that of the format.
     fn require_its_ending(&self, path: &Path) -> Outcome {
         let output = self.outputs.iter().find(|output| output.path == path);

@@ -400,6 +400,28 @@ fn a_command_replaces_what_it_wrote_itself() {
     run(&folder, shows).expect_success();
     assert!(folder.path("psd/01-power-spectral-density.svg").exists());
     assert!(!folder.path("psd/02-over-time.svg").exists());
+    // What a person put there under such a name stays, is said, and nothing but what was written before is removed.
+    run(&folder, &format!("{shows} --over-time")).expect_success();
+    folder.write("psd/01-power-spectral-density.svg", "mine");
+    folder.write("psd/02-over-time.svg", "mine too");
+    let done = run(&folder, shows);
+    done.expect_success();
+    assert!(
+        done.err()
+            .contains("is kept as psd/01-power-spectral-density.svg.before-1"),
+        "{}",
+        done.err()
+    );
+    for (file, text) in [
+        ("psd/01-power-spectral-density.svg.before-1", "mine"),
+        ("psd/02-over-time.svg", "mine too"),
+    ] {
+        assert_eq!(std::fs::read_to_string(folder.path(file)).unwrap(), text);
+    }
+    let figure = std::fs::read_to_string(folder.path("psd/01-power-spectral-density.svg")).unwrap();
+    assert!(figure.starts_with("<svg"), "{figure}");
+    // Again, with what is kept beside it.
+    run(&folder, shows).expect_success();
     // A folder that cannot be made is refused before anything is written.
     let within = "spectrum texture.wav --scale 1m/s2 --report q.html --figures texture.wav/psd";
     run(&folder, within).expect_failure(2, &["cannot create the folder texture.wav/psd"]);

@@ -62,9 +62,10 @@ pub enum PeriodCriterion {
     /// raise the mean.
     EverySpeed,
     /// The logarithm of how much likelier lines that move with the speed are than lines that stay at their frequencies, as those of a
-    /// machine do whatever their ratios; no more than 0 where fewer than two speeds show it.
+    /// machine do whatever their ratios; no more than 0 where only one of several speeds that can tell shows it.
     Moves,
-    /// The number of speeds at which a line that is no multiple of the candidate stands higher: it belongs to another period.
+    /// The number of speeds at which a line that is no multiple of the candidate stands higher, and of other periods that stand nearly as
+    /// high at all speeds.
     Strongest,
     /// The number of other samples that have the same period, where all have it: it may be the drive's or the finger's.
     OtherSamples,
