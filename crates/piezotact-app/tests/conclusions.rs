@@ -228,3 +228,39 @@ fn what_lies_around_a_line_that_is_left_out_is_not_called_alike() {
     let (outcome, said) = told([[0.0, 0.3], [0.0, 0.3]]);
     assert_eq!(outcome, "below_jnd", "{said}");
 }
+
+/// Copies of one recording were repeats: as they are, and with another time axis and other forces, by which other parts are strokes.
+#[test]
+fn copies_are_no_repeats() {
+    let once = strokes_with_hum(5, [0.0, 0.0]);
+    let mut other = String::new();
+    for (i, line) in once.lines().enumerate() {
+        let mut cells = line.split(',');
+        let [t, acceleration, force] = [(); 3].map(|()| cells.next().unwrap());
+        if i == 0 {
+            writeln!(other, "{line}").unwrap();
+        } else {
+            let t: f64 = t.parse().unwrap();
+            let force: f64 = force.parse().unwrap();
+            writeln!(
+                other,
+                "{:.6},{acceleration},{:.5}",
+                1.013 * t,
+                force - 0.02 * t
+            )
+            .unwrap();
+        }
+    }
+    for copy in [once.clone(), other] {
+        let folder = Folder::new();
+        folder.write("A_1.csv", &once);
+        folder.write("A_2.csv", copy);
+        for command in ["compare", "strokes"] {
+            let done = run(
+                &folder,
+                &format!("{command} A_1.csv A_2.csv --meta {{sample}}_{{trial}} --by sample"),
+            );
+            done.expect_failure(1, &["found the same samples in A_1.csv and A_2.csv"]);
+        }
+    }
+}

@@ -8,7 +8,7 @@ use piezotact_study::store::StudyStore;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 
-use crate::{acknowledged, fill, holding, lines, passphrase, start, study, whole};
+use crate::{acknowledged, fill, holding, kill_within_ms, lines, passphrase, start, study, whole};
 
 /// Kills a process that appends, `count` times at random moments from its start on.
 fn kills(count: u32) {
@@ -70,6 +70,11 @@ fn soak_kill_store() {
 /// A withdrawal that is killed at a random moment has not happened, or is complete once the study was opened.
 fn killed_withdrawals(count: u32) {
     let mut random = ChaCha8Rng::seed_from_u64(67);
+    let unkilled = tempfile::tempdir().unwrap();
+    let mut store = study(unkilled.path(), 40);
+    fill(&mut store, "P01");
+    drop(store);
+    let within_ms = kill_within_ms(unkilled.path());
     let mut after = 0;
     for _ in 0..count {
         let folder = tempfile::tempdir().unwrap();
@@ -77,7 +82,9 @@ fn killed_withdrawals(count: u32) {
         fill(&mut store, "P01");
         drop(store);
         let mut child = start("withdraw", folder.path());
-        std::thread::sleep(Duration::from_millis(u64::from(random.next_u32() % 60)));
+        std::thread::sleep(Duration::from_millis(
+            u64::from(random.next_u32()) % within_ms,
+        ));
         child.kill().unwrap();
         drop(lines(child));
         let store = StudyStore::open(folder.path()).unwrap();
@@ -98,7 +105,7 @@ fn killed_withdrawals(count: u32) {
     }
     assert!(
         count < 20 || after > 0,
-        "no kill came after an intention: wait longer"
+        "no kill came after an intention in {within_ms} ms"
     );
 }
 

@@ -140,6 +140,13 @@ fn start(task: &str, folder: &Path) -> Child {
         .unwrap()
 }
 
+/// One and a half times what a withdrawal takes on this machine, from the start of its process to its end, ms: kills come within that.
+fn kill_within_ms(folder: &Path) -> u64 {
+    let begun = std::time::Instant::now();
+    lines(start("withdraw", folder));
+    begun.elapsed().as_millis() as u64 * 3 / 2 + 1
+}
+
 /// What it said, until it ended or was killed.
 fn lines(mut child: Child) -> Vec<String> {
     let mut said = String::new();

@@ -13,7 +13,7 @@ use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 
 use crate::postgres::{Server, server};
 use crate::server::{station, url};
-use crate::{append, fill, holding, key, lines, name, passphrase, start, whole};
+use crate::{append, fill, holding, key, kill_within_ms, lines, name, passphrase, start, whole};
 
 /// Crashes a server `count` times while a station stores answers.
 fn crashes(count: u32) {
@@ -287,6 +287,11 @@ fn a_session_that_was_taken_up_elsewhere_does_not_go_on() {
 #[test]
 fn a_killed_withdrawal_at_a_server_has_not_happened_or_is_completed() {
     let mut random = ChaCha8Rng::seed_from_u64(80);
+    let unkilled = tempfile::tempdir().unwrap();
+    let (mut store, _database) = station(server(), unkilled.path(), 20);
+    fill(&mut store, "P01");
+    drop(store);
+    let within_ms = kill_within_ms(unkilled.path());
     let mut after = 0;
     for _ in 0..8 {
         let folder = tempfile::tempdir().unwrap();
@@ -294,7 +299,9 @@ fn a_killed_withdrawal_at_a_server_has_not_happened_or_is_completed() {
         fill(&mut store, "P01");
         drop(store);
         let mut child = start("withdraw", folder.path());
-        std::thread::sleep(Duration::from_millis(u64::from(random.next_u32() % 120)));
+        std::thread::sleep(Duration::from_millis(
+            u64::from(random.next_u32()) % within_ms,
+        ));
         child.kill().unwrap();
         drop(lines(child));
         // What the server had of it ends a moment later.
@@ -320,5 +327,8 @@ fn a_killed_withdrawal_at_a_server_has_not_happened_or_is_completed() {
         }
         assert!(!folder.path().join("identity.age.next").exists());
     }
-    assert!(after > 0, "no kill came after an intention: wait longer");
+    assert!(
+        after > 0,
+        "no kill came after an intention in {within_ms} ms"
+    );
 }

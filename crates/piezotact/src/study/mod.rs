@@ -230,8 +230,10 @@ fn no_copies(takes: &[AnalysedRecording]) -> Result<(), StudyError> {
         let Some(channel) = channels.find(|channel| Some(&channel.name) == vibration) else {
             continue;
         };
-        for stroke in &take.segmentation.strokes {
-            let samples = stroke.steady.of(&channel.samples);
+        // The channel as a whole too: with another time axis, other parts of it are strokes.
+        let strokes = take.segmentation.strokes.iter();
+        let parts = strokes.map(|stroke| stroke.steady.of(&channel.samples));
+        for samples in parts.chain([&channel.samples[..]]) {
             // Silence is like any other.
             if samples.iter().all(|value| *value == samples[0]) {
                 continue;
