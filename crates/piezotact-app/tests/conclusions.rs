@@ -264,3 +264,21 @@ fn copies_are_no_repeats() {
         }
     }
 }
+
+/// Recordings of one name in two folders were one group of `--by file`.
+#[test]
+fn files_of_one_name_are_told_by_their_folders() {
+    let folder = Folder::new();
+    for (seed, name) in [(1, "monday/S_1.csv"), (2, "tuesday/S_1.csv")] {
+        std::fs::create_dir_all(folder.path(name).parent().unwrap()).unwrap();
+        folder.write(name, strokes_with_hum(seed, [0.0, 0.0]));
+    }
+    let done = run(
+        &folder,
+        "strokes monday/S_1.csv tuesday/S_1.csv --by file --json",
+    );
+    let document = done.json();
+    let groups = document["groups"].as_array().unwrap();
+    let names: Vec<&str> = groups.iter().filter_map(|g| g["name"].as_str()).collect();
+    assert_eq!(names, ["monday/S_1.csv", "tuesday/S_1.csv"], "{document:#}");
+}

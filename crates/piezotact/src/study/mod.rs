@@ -218,36 +218,54 @@ pub fn analyse_watched(
     })
 }
 
-/// Whether all strokes are different: copies of a recording would count as repeats.
+/// Whether all strokes are different: copies of a recording would count as repeats. Other parts of one recording, chosen by cuts, are
+/// none.
 ///
 /// # Errors
 /// [`StudyError::Copy`].
 fn no_copies(takes: &[AnalysedRecording]) -> Result<(), StudyError> {
-    let mut known: BTreeMap<Checksum, usize> = BTreeMap::new();
+    let mut strokes_of: BTreeMap<Checksum, usize> = BTreeMap::new();
+    let mut channels_of: BTreeMap<Checksum, Vec<usize>> = BTreeMap::new();
     for (place, take) in takes.iter().enumerate() {
         let vibration = take.segmentation.roles.vibration.first();
         let mut channels = take.recording.channels().iter();
         let Some(channel) = channels.find(|channel| Some(&channel.name) == vibration) else {
             continue;
         };
-        // The channel as a whole too: with another time axis, other parts of it are strokes.
-        let strokes = take.segmentation.strokes.iter();
-        let parts = strokes.map(|stroke| stroke.steady.of(&channel.samples));
-        for samples in parts.chain([&channel.samples[..]]) {
+        let strokes = &take.segmentation.strokes;
+        let mut copied = None;
+        for stroke in strokes {
+            let samples = stroke.steady.of(&channel.samples);
             // Silence is like any other.
             if samples.iter().all(|value| *value == samples[0]) {
                 continue;
             }
-            let checksum = Checksum::of(samples.iter().copied());
-            match known.insert(checksum, place) {
-                Some(other) if other != place => {
-                    return Err(StudyError::Copy {
-                        one: takes[other].file.clone(),
-                        other: take.file.clone(),
-                    });
-                }
-                _ => {}
-            }
+            let known = strokes_of.insert(Checksum::of(samples.iter().copied()), place);
+            copied = copied.or(known.filter(|other| *other != place));
+        }
+        // With another time axis, strokes begin and end elsewhere.
+        let alike = channels_of.entry(Checksum::of(channel.samples.iter().copied()));
+        let alike = alike.or_default();
+        if channel
+            .samples
+            .iter()
+            .any(|value| *value != channel.samples[0])
+        {
+            let shared = |other: &&usize| {
+                let mut others = takes[**other].segmentation.strokes.iter();
+                others.any(|one| {
+                    let mut own = strokes.iter().map(|stroke| stroke.steady);
+                    own.any(|own| one.steady.start < own.end && own.start < one.steady.end)
+                })
+            };
+            copied = copied.or(alike.iter().find(shared).copied());
+            alike.push(place);
+        }
+        if let Some(other) = copied {
+            return Err(StudyError::Copy {
+                one: takes[other].file.clone(),
+                other: take.file.clone(),
+            });
         }
     }
     Ok(())

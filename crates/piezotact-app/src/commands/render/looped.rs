@@ -6,6 +6,7 @@ use crate::advice::text;
 use crate::benches::BenchSpec;
 use piezotact::correct::CorrectConfig;
 use piezotact::lineage::Mode;
+use piezotact::number::signed;
 use piezotact::quantity::Acceleration;
 use piezotact::recording::About;
 use piezotact::run::RunStart;
@@ -119,12 +120,12 @@ fn result(looped: &ClosedLoopResult) -> String {
 fn progress(iteration: &Iteration) -> String {
     let v = &iteration.verification;
     format!(
-        "iteration {}: spectrum error {:.2} dB rms, {:.1} dB at most, waveform correlation {:.3}, NMSE {:.1} dB",
+        "iteration {}: spectrum error {:.2} dB rms, {:.1} dB at most, waveform correlation {:.3}, NMSE {} dB",
         iteration.number,
         v.judged_error_db(),
         v.error_db_max_achievable(),
         v.waveform_correlation,
-        v.waveform_nmse_db
+        signed(v.waveform_nmse_db, 1)
     )
 }
 

@@ -127,9 +127,15 @@ fn recorded(path: &Path, args: &Takes) -> Outcome<Recorded> {
         recording.about.warnings.extend(warning);
         cuts
     });
+    // Files of one name in two folders are two recordings.
+    let mut alike = args.recordings.iter().filter(|p| name(p) == name(path));
+    let file = path.display().to_string();
     Ok(Recorded {
-        file: path.display().to_string(),
-        name: name(path),
+        name: match alike.nth(1) {
+            Some(_) => file.clone(),
+            None => name(path),
+        },
+        file,
         recording,
         naming,
         cuts,

@@ -12,6 +12,7 @@ use std::fmt;
 use piezotact::Warning;
 use piezotact::correct::{CorrectConfig, Correction, LoopStop, LoopWarning};
 use piezotact::device::DriveSetup;
+use piezotact::number::signed;
 use piezotact::quantity::{Acceleration, Band, Drive};
 use piezotact::recording::{About, Recording, played_through_its_own};
 use piezotact::render::{
@@ -315,9 +316,9 @@ fn confirmation(
         Ok((verification, response)) => {
             let provenance = std::mem::take(&mut rendered.about.provenance);
             rendered.about.provenance = provenance.then(format!(
-                "confirmation measurement: {:.2} dB rms, NMSE {:.1} dB, on the {}",
+                "confirmation measurement: {:.2} dB rms, NMSE {} dB, on the {}",
                 verification.judged_error_db(),
-                verification.waveform_nmse_db,
+                signed(verification.waveform_nmse_db, 1),
                 bench.player.describe().name
             ));
             Ok(Confirmation {
