@@ -5,6 +5,7 @@ use piezotact::statistics::median;
 use std::path::Path;
 
 use piezotact::Warning;
+use piezotact::number::digits;
 use piezotact::quantity::{SampleRate, Unit};
 use piezotact::recording::{
     Channel, Clock, Condition, Provenance, Recording, RecordingWarning, Stated, Steps,
@@ -609,8 +610,9 @@ fn seconds_per_unit(
             };
             warnings.push(Warning::from(RecordingWarning::Guessed {
                 what: format!(
-                    "`{}` has no unit and is read as {unit} (mean step {mean:.4})",
-                    time.name
+                    "`{}` has no unit and is read as {unit} (mean step {})",
+                    time.name,
+                    digits(mean)
                 ),
             }));
             factor
