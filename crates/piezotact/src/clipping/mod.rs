@@ -9,7 +9,7 @@ use crate::series::Series;
 use crate::warning::Warning;
 pub use warning::{ClippedAt, ClippingWarning};
 
-pub(crate) use limit::step;
+pub(crate) use limit::{Rails, step};
 pub use limit::{Limited, limited};
 
 /// How much of a measurement stood at a limit.
