@@ -79,6 +79,7 @@ fn settings(question: Question) -> StudySettings {
         gesture: Gesture::Usual,
         segment: None,
         sets: Vec::new(),
+        twin_sets: Vec::new(),
         ridge_m: None,
         question,
         breadth: Breadth::Question,
@@ -468,7 +469,7 @@ fn a_study_is_handed_out_as_a_document() {
     assert_eq!(one["groups"][1]["files"][0], "P1S2.csv");
     assert_eq!(one["groups"][0]["psd"]["unit"], "(m/s²)²/Hz");
     assert!(one["below_jnd"].is_array() && one.get("setting").is_none());
-    let two = document(people(&["P1", "P2"]));
+    let two = document(people(&["P1", "P5"]));
     assert!(two.get("groups").is_none());
     let settings: Vec<&str> = two["comparisons"]
         .as_array()
@@ -476,8 +477,8 @@ fn a_study_is_handed_out_as_a_document() {
         .iter()
         .map(|comparison| comparison["setting"].as_str().unwrap())
         .collect();
-    assert_eq!(settings, ["P1", "P2"]);
-    assert_eq!(two["discrimination"]["settings"][1]["setting"], "P2");
+    assert_eq!(settings, ["P1", "P5"]);
+    assert_eq!(two["discrimination"]["settings"][1]["setting"], "P5");
     // Four groups of two strokes each: one warning, seen four times.
     let warnings = two["warnings"].as_array().unwrap().iter();
     let few = warnings.filter(|one| one["code"] == "few" && one["what"] == "strokes");
