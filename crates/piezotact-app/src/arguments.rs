@@ -348,8 +348,14 @@ mod tests {
         // An output that is the default is led too.
         assert_eq!(again("demo"), ["demo", "--out=/tmp/again/piezotact-demo"]);
         assert_eq!(
-            again("spectrum --json a.wav out.json"),
-            ["spectrum", "--json", "--", "a.wav", "/tmp/again/out.json"]
+            again("spectrum --json a.wav --csv out.csv"),
+            [
+                "spectrum",
+                "--json",
+                "--csv=/tmp/again/out.csv",
+                "--",
+                "a.wav"
+            ]
         );
     }
 }

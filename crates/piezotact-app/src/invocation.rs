@@ -9,12 +9,13 @@ use piezotact::document::INVOCATION;
 use piezotact::invocation::{Invocation, Output, Setting};
 use piezotact::recording::StartTime;
 use piezotact_dataset::reads::{inputs, sha256};
+use piezotact_dataset::{keep_before, stays_as_it_is};
 use piezotact_report::invocation::{command_line, with_invocation};
 use serde_json::Value;
 
 use crate::arguments::{Arguments, OutputPath, output_of};
 use crate::failure::Outcome;
-use crate::output::write_text;
+use crate::output::{say, write_text};
 use crate::parts::Parts;
 use crate::replacing::{Existing, Writing};
 use crate::report::name;
@@ -138,17 +139,13 @@ fn of_results(results: &str, path: Option<&Path>) -> Option<Invocation> {
 }
 
 impl Called {
-    /// The figures and tables that an earlier run of this command wrote with the report at `report`, and that are still there.
+    /// The figures and tables that an earlier run of this command wrote with the report at `report`, as far as they stand there unchanged.
     fn earlier_parts(&self, report: &Path) -> Outcome<Vec<PathBuf>> {
         let Ok(html) = std::fs::read_to_string(report) else {
             return Ok(Vec::new());
         };
-        let mut earlier = self.parts.names_of(&html)?;
-        earlier.retain(|part| part.is_file());
-        let wrote = |part: &PathBuf| self.writing.wrote_part(report, part);
-        if !earlier.first().is_some_and(wrote) {
-            earlier.clear();
-        }
+        let mut earlier = self.parts.unchanged_of(&html)?;
+        earlier.retain(|part| self.writing.wrote_part(report, part));
         Ok(earlier)
     }
 
@@ -209,6 +206,22 @@ pub(crate) fn write_report(path: &Path, html: &str) -> Outcome {
         .iter()
         .try_for_each(|(part, _)| called.writing.refuse_existing(part))?;
     let earlier = called.earlier_parts(path)?;
+    // A report says where its parts are, not that nobody changed them since.
+    let changed = parts.iter().filter(|(part, bytes)| {
+        let is_kept = called.writing.replaces_everything() || stays_as_it_is(part);
+        part.is_file()
+            && !is_kept
+            && !earlier.contains(part)
+            && std::fs::read(part).is_ok_and(|found| found != *bytes)
+    });
+    for (part, _) in changed {
+        if let Some(kept) = keep_before(part)? {
+            let (part, kept) = (part.display(), kept.display());
+            say(&format!(
+                "{part}: what stood there is not of the earlier report, and is kept as {kept}"
+            ));
+        }
+    }
     let rerun = command_line(&["rerun".to_owned(), name(path)]);
     let again = format!("{rerun} does it again and compares every value.");
     write_text(path, &with_invocation(html, &invocation, &again)?)?;

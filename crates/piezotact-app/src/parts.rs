@@ -90,7 +90,7 @@ impl Parts {
         let mut files = Vec::new();
         if let Some(folder) = &self.figures {
             let drawn = figures(html, self.columns);
-            required(!drawn.is_empty(), FIGURES)?;
+            required(drawn.len(), FIGURES)?;
             let file = |figure: &FigurePart| folder.join(format!("{}.svg", figure.name));
             #[cfg(feature = "full")]
             files.extend(pictures(folder, &drawn)?);
@@ -103,7 +103,7 @@ impl Parts {
         if let Some(folder) = &self.tables {
             let file = |name: &str| folder.join(format!("{name}.csv"));
             let drawn = tables(html)?;
-            required(!drawn.is_empty(), TABLES)?;
+            required(drawn.len(), TABLES)?;
             files.extend(
                 drawn
                     .into_iter()
@@ -113,19 +113,30 @@ impl Parts {
         Ok(files)
     }
 
-    /// The names of the files of the figures and tables that this build or another one makes of the report `html`.
-    pub(crate) fn names_of(&self, html: &str) -> Outcome<Vec<PathBuf>> {
+    /// Those files of the figures and tables of the report `html`, of any width, that stand there as they were written: what a person
+    /// changed, or put there under such a name, is not among them. Pictures stand as their SVG does.
+    pub(crate) fn unchanged_of(&self, html: &str) -> Outcome<Vec<PathBuf>> {
         let mut files = Vec::new();
+        let stands =
+            |path: &Path, bytes: &[u8]| std::fs::read(path).is_ok_and(|found| found == bytes);
         if let Some(folder) = &self.figures {
-            for figure in figures(html, self.columns) {
-                let endings = ["svg", "png", "pdf"].into_iter();
-                files.extend(endings.map(|end| folder.join(format!("{}.{end}", figure.name))));
+            let widths = [Columns::One, Columns::Two].into_iter();
+            for figure in widths.flat_map(|columns| figures(html, columns)) {
+                let file = |ending: &str| folder.join(format!("{}.{ending}", figure.name));
+                if stands(&file("svg"), figure.svg.as_bytes()) {
+                    files.extend(["svg", "png", "pdf"].map(file));
+                }
             }
         }
         if let Some(folder) = &self.tables {
             let all = tables(html)?.into_iter();
-            files.extend(all.map(|table| folder.join(format!("{}.csv", table.name))));
+            let all = all.map(|table| (folder.join(format!("{}.csv", table.name)), table.csv));
+            files.extend(
+                all.filter(|(file, csv)| stands(file, csv.as_bytes()))
+                    .map(|(file, _)| file),
+            );
         }
+        files.retain(|file| file.is_file());
         Ok(files)
     }
 
@@ -155,10 +166,10 @@ fn pictures(folder: &Path, figures: &[FigurePart]) -> Outcome<Vec<(PathBuf, Vec<
 }
 
 /// Refuses an option for what the report does not have: its folder would be empty.
-fn required(is_there: bool, what: &str) -> Outcome {
-    match is_there {
-        true => Ok(()),
-        false => Err(usage(anyhow!(
+fn required(count: usize, what: &str) -> Outcome {
+    match count {
+        1.. => Ok(()),
+        0 => Err(usage(anyhow!(
             "expected {what} in the report for --{what}, found none; leave the option out"
         ))),
     }

@@ -8,7 +8,6 @@ use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use piezotact::invocation::{Invocation, Setting};
-use piezotact_dataset::sidecar::read_rendering;
 use piezotact_dataset::{check_place, keep_as_it_is};
 
 use crate::arguments::{Arguments, OUTPUTS, OutputPath, output_of};
@@ -115,6 +114,11 @@ impl Writing {
         made_at(report).is_some_and(|made| self.is_of_the_same(&made) && self.wrote(&made, part))
     }
 
+    /// Whether a person asked for everything to be replaced.
+    pub(crate) fn replaces_everything(&self) -> bool {
+        self.existing == Existing::Replaced
+    }
+
     /// Refuses an ending that is not that of the format.
     fn require_its_ending(&self, path: &Path) -> Outcome {
         let output = self.outputs.iter().find(|output| output.path == path);
@@ -216,9 +220,6 @@ impl Writing {
         let Some((output, _)) = self.output_beside(path) else {
             return false;
         };
-        if self.command == "render" && output.setting == "out" && is_open_rendering(path) {
-            return true;
-        }
         // Reports and documents say themselves which command wrote them, and where else it wrote.
         let mut places: Vec<PathBuf> = vec![path.to_owned()];
         places.extend(self.outputs.iter().map(|output| output.path.clone()));
@@ -289,12 +290,6 @@ fn made_at(path: &Path) -> Option<Invocation> {
     }
     let text = std::fs::read_to_string(path).ok()?;
     Made::of(&text).map(|made| made.invocation)
-}
-
-/// Whether `path` is a drive that was rendered, or its sidecar, as that says. A drive that was corrected on a bench is a measurement.
-fn is_open_rendering(path: &Path) -> bool {
-    let drive = beside_sidecar(path).unwrap_or_else(|| path.to_owned());
-    read_rendering(&drive).is_some_and(|made| made.aim.is_none())
 }
 
 /// The file whose sidecar `path` is.

@@ -400,6 +400,28 @@ fn a_command_replaces_what_it_wrote_itself() {
     run(&folder, shows).expect_success();
     assert!(folder.path("psd/01-power-spectral-density.svg").exists());
     assert!(!folder.path("psd/02-over-time.svg").exists());
+    // What a person put there under such a name stays, is said, and nothing but what was written before is removed.
+    run(&folder, &format!("{shows} --over-time")).expect_success();
+    folder.write("psd/01-power-spectral-density.svg", "mine");
+    folder.write("psd/02-over-time.svg", "mine too");
+    let done = run(&folder, shows);
+    done.expect_success();
+    assert!(
+        done.err()
+            .contains("is kept as psd/01-power-spectral-density.svg.before-1"),
+        "{}",
+        done.err()
+    );
+    for (file, text) in [
+        ("psd/01-power-spectral-density.svg.before-1", "mine"),
+        ("psd/02-over-time.svg", "mine too"),
+    ] {
+        assert_eq!(std::fs::read_to_string(folder.path(file)).unwrap(), text);
+    }
+    let figure = std::fs::read_to_string(folder.path("psd/01-power-spectral-density.svg")).unwrap();
+    assert!(figure.starts_with("<svg"), "{figure}");
+    // Again, with what is kept beside it.
+    run(&folder, shows).expect_success();
     // A folder that cannot be made is refused before anything is written.
     let within = "spectrum texture.wav --scale 1m/s2 --report q.html --figures texture.wav/psd";
     run(&folder, within).expect_failure(2, &["cannot create the folder texture.wav/psd"]);
@@ -642,30 +664,4 @@ fn figures_are_pdf_and_png_in_the_full_build() {
             _ => {}
         }
     }
-}
-
-/// A Makefile renders again: a drive whose sidecar says that it was rendered is replaced; one that was changed, and one that was corrected on
-/// a bench, are not.
-#[test]
-fn a_drive_is_rendered_again_under_its_name() {
-    let folder = with_bench();
-    let render = "render texture.wav --transfer tf.json --scale 2m/s2 --out d.wav";
-    run(&folder, &format!("{render} --level=-20")).expect_success();
-    let first = std::fs::read(folder.path("d.wav")).unwrap();
-    run(&folder, &format!("{render} --level=-21")).expect_success();
-    let second = std::fs::read(folder.path("d.wav")).unwrap();
-    assert_ne!(first, second);
-    let mut changed = second.clone();
-    let last = changed.len() - 2;
-    changed[last] ^= 1;
-    folder.write("d.wav", changed.as_slice());
-    let refused = run(&folder, &format!("{render} --level=-22"));
-    refused.expect_failure(2, &["d.wav already exists", "--force"]);
-    let corrected = "render texture.wav --transfer tf.json --scale 2m/s2 --level=-20 --out c.wav";
-    run(
-        &folder,
-        &format!("{corrected} --mode texture --iterations 1 --bench fake:good.toml"),
-    )
-    .expect_success();
-    run(&folder, corrected).expect_failure(2, &["c.wav already exists"]);
 }

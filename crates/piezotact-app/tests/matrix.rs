@@ -106,7 +106,7 @@ fn one_matrix_is_the_same_in_table_document_and_report() {
     assert!(text.contains("4 of 10 pairs"), "{text}");
     // Cells of row and column SE, and one in the legend.
     assert_eq!(
-        read("f/01-association-matrix-of-all-answers.svg")
+        read("f/01-association-matrix-of-all-answers-rows.svg")
             .matches("class=\"untested\"")
             .count(),
         10

@@ -1,9 +1,9 @@
-//! Writes a texture or a drive as HJIF for the actuator of a device.
+//! Writes a texture or a drive as HJIF for a piezo actuator.
 
 use std::collections::BTreeMap;
 
 use piezotact::Warning;
-use piezotact::device::{ActuatorKind, DriveSetup};
+use piezotact::device::DriveSetup;
 use piezotact::quantity::{Band, Measure, Quantity, Unit};
 use piezotact::series::Series;
 
@@ -34,10 +34,9 @@ pub struct HjifTexture {
     pub device: HjifReferenceDevice,
 }
 
-/// The actuator behind the amplifier of `setup` as a reference device, with its type: what is known of its band and resonance. Without a
-/// set-up its type is `Unknown`.
+/// The piezo actuator behind the amplifier of `setup` as a reference device: what is known of its band and resonance.
 #[must_use]
-pub fn reference_device(
+pub fn piezo_device(
     setup: Option<&DriveSetup>,
     band: Option<Band>,
     resonance_hz: Option<f64>,
@@ -45,8 +44,14 @@ pub fn reference_device(
     HjifReferenceDevice {
         id: 0,
         name: setup.map_or_else(
-            || "a device that is not described".into(),
-            |setup| format!("{} at gain {}", setup.device().name(), setup.gain),
+            || "PIEZOTACT".into(),
+            |setup| {
+                format!(
+                    "PIEZOTACT, {} at gain {}",
+                    setup.device().name(),
+                    setup.gain
+                )
+            },
         ),
         body_part_mask: Some(ANYWHERE),
         minimum_frequency: band.map(|band| band.low().0),
@@ -54,15 +59,7 @@ pub fn reference_device(
         resonance_frequency: resonance_hz
             .filter(|hertz| band.is_none_or(|band| band.contains(*hertz))),
         maximum_voltage: setup.map(|setup| setup.gain.full_scale_output().0),
-        kind: Some(
-            match setup.map(|setup| setup.device().actuator().kind) {
-                Some(ActuatorKind::Piezo) => "Piezo",
-                Some(ActuatorKind::VoiceCoil) => "VCA",
-                Some(ActuatorKind::LinearResonant) => "LRA",
-                Some(ActuatorKind::Other) | None => "Unknown",
-            }
-            .into(),
-        ),
+        kind: Some("Piezo".into()),
         ..HjifReferenceDevice::default()
     }
 }

@@ -83,7 +83,7 @@ pub struct Correction<O: Quantity> {
     render: RenderConfig,
     welch: WelchConfig,
     frame: Frame,
-    /// The texture, its mean taken away.
+    /// The texture, its mean taken away and its ends faded.
     target: Series<O>,
     transform: RealTransform,
     /// The factor of each line from error to drive; zero outside the band.
@@ -146,7 +146,6 @@ impl<O: Quantity> Correction<O> {
             return Err(RenderError::Phase);
         }
         let rate = target.rate();
-        let render = &render.padded_for(function, rate)?;
         let frame = Frame::of(target, render)?;
         let faded = frame.faded(target)?;
         let n = frame.transformed();
@@ -204,21 +203,15 @@ impl<O: Quantity> Correction<O> {
             drive,
             limit: function.drive.as_ref().map_or(1.0, DriveSetup::drive_limit),
             slope: {
-                let kept = render.clipping == Overload::Refuse
+                let kept = render.steep == Overload::Refuse
                     || render.inverse.inverse == Inverse::DriveLimited;
                 let setup = function.drive.as_ref().filter(|_| kept);
-                setup.and_then(DriveSetup::slew_limit_per_s)
+                setup.map(DriveSetup::slew_limit_per_s)
             },
         })
     }
 
-    /// How it is rendered, with as much silence around the texture as its inverse rings.
-    #[must_use]
-    pub fn render(&self) -> &RenderConfig {
-        &self.render
-    }
-
-    /// The target as it is to be met: about its mean.
+    /// The target as it is to be met: about its mean, its ends faded.
     #[must_use]
     pub fn target(&self) -> &Series<O> {
         &self.target

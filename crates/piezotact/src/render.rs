@@ -18,11 +18,11 @@ pub(crate) use coverage::runs;
 pub use coverage::{Coverage, coverage};
 pub use error::RenderError;
 pub use findings::{RenderFindings, TurnedDown};
-pub(crate) use frame::{Frame, fade_ends, offset};
+pub(crate) use frame::{Frame, fade_ends};
 pub use inverse::{Inverse, InverseConfig, InversePlan, Limiting, PhaseForm, invert};
 pub use level::at_fitting_level;
+use limits::DriveLimits;
 pub(crate) use limits::cut;
-use limits::{DriveLimits, FULL_SCALE, excursion_within_limit};
 pub use limits::{GainFit, Headroom, fitting, gains_for, headroom, share_of_least_error};
 pub use rendering::{Rendering, warnings_of_played};
 pub use warning::{PartLost, RenderWarning};
@@ -43,8 +43,7 @@ use crate::transfer::TransferFunction;
 pub enum Overload {
     /// Refuse, and say at which level it would fit.
     Refuse,
-    /// Clip it at the device's limit, leave its slope as it is, and report both. The rms current and the excursion of an actuator are
-    /// limits all the same.
+    /// Clip it at the device's limit, and report the clipped share.
     Allow,
 }
 
@@ -54,11 +53,11 @@ pub enum Overload {
 pub struct RenderConfig {
     /// How the transfer function is inverted.
     pub inverse: InverseConfig,
-    /// Silence before the texture, into which the inverse's early part falls; longer where the inverse rings longer.
+    /// Silence before the texture, into which the inverse's early part falls.
     pub modelling_delay: Seconds,
-    /// Silence after the texture, for the inverse's late part; longer where the inverse rings longer.
+    /// Silence after the texture, for the inverse's late part.
     pub tail: Seconds,
-    /// The raised-cosine fade at both ends of the texture, 0 where nothing of it is faded.
+    /// The raised-cosine fade at both ends of the texture.
     pub fade: Seconds,
     /// The rate of the drive.
     pub output_rate: SampleRate,
@@ -66,24 +65,29 @@ pub struct RenderConfig {
     pub largest_loss: Decibels,
     /// A line is reached when its coherence is at least this.
     pub lowest_coherence: f64,
-    /// What to do with a drive beyond the limits of the device, in amplitude or in slope.
+    /// What to do with a drive that does not fit.
     pub clipping: Overload,
+    /// What to do with a drive that is steeper than the slew limit of the amplifier: if allowed, it is played unchanged, with a
+    /// warning.
+    pub steep: Overload,
 }
 
 impl RenderConfig {
-    /// For the PIEZOTACT and similar devices: 0.25 s of silence or more before and after, no fade, 48 kHz; a line is
-    /// reached within 0.5 dB and with a coherence of 0.8 or more; a drive beyond a limit of the device is refused.
+    /// For the PIEZOTACT and similar devices: 0.25 s of silence before and after, 20 ms fades, 48 kHz; a line is
+    /// reached within 0.5 dB and with a coherence of 0.8 or more; a drive that would clip is refused, one that
+    /// is too steep gives a warning.
     #[must_use]
     pub fn over(band: Band, output_rate: SampleRate) -> Self {
         Self {
             inverse: InverseConfig::over(band),
             modelling_delay: Seconds(0.25),
             tail: Seconds(0.25),
-            fade: Seconds(0.0),
+            fade: Seconds(0.02),
             output_rate,
             largest_loss: Decibels(0.5),
             lowest_coherence: 0.8,
             clipping: Overload::Refuse,
+            steep: Overload::Allow,
         }
     }
 }
@@ -114,16 +118,15 @@ pub const MEMORY_BYTES_A_SAMPLE: usize = 220;
 
 /// The drive (full scale = 1) to which the device responds with `target`, in the SI unit of `O`.
 ///
-/// The target, its mean taken away (but for a short effect, to which it belongs), is put between `modelling_delay` and `tail` of silence, which are longer where the inverse rings
-/// longer, divided by the transfer function inside the band, and brought to the output rate. A fade of it is one that `config` states.
+/// The target, its mean taken away, is faded at both ends, put between `modelling_delay` and `tail` of silence, divided by the
+/// transfer function inside the band, and brought to the output rate.
 ///
 /// Source: thesis sections 4.1 and 2.5; see [`invert`] for the formula.
 ///
 /// # Errors
 /// Those of [`invert`]; [`RenderError::Signal`] when the band does not fit the output rate;
-/// [`RenderError::ExceedsFullScale`] when the drive does not fit the device and that is refused,
-/// [`RenderError::ExceedsSlew`] when it is steeper than the amplifier follows and that is refused; [`RenderError::ExceedsCurrent`] and
-/// [`RenderError::ExceedsExcursion`] beyond what the actuator bears.
+/// [`RenderError::ExceedsFullScale`] when the drive does not fit the device and clipping is refused,
+/// [`RenderError::ExceedsSlew`] when it is too steep and that is refused.
 pub fn render<O: Quantity>(
     target: &Series<O>,
     function: &TransferFunction<Drive, O>,
@@ -146,10 +149,8 @@ pub fn render_with_findings<O: Quantity>(
     config: &RenderConfig,
 ) -> Result<(RenderedDrive, RenderFindings), RenderError> {
     let (rate, band) = (target.rate(), config.inverse.band);
-    let config = &config.padded_for(function, rate)?;
     let frame = Frame::of(target, config)?;
-    let texture = frame.faded(target)?;
-    let padded = frame.padded(&texture);
+    let padded = frame.padded(&frame.faded(target)?);
     let mut plan = InversePlan::new(padded.len());
     let mut drive_of = |limiting: Option<&Limiting>| -> Result<Vec<f64>, RenderError> {
         let drive = plan.invert_limited(&padded, rate, function, &config.inverse, limiting)?;
@@ -166,13 +167,13 @@ pub fn render_with_findings<O: Quantity>(
         }
         if let Some((fitting, limiting)) = fitted(&costs, &room, &mut drive_of)? {
             let kept = coverage::limited(function, config, Some(&limiting))?;
+            let fits_at_db = room.fits_at(&samples).0;
+            samples = fitting;
             let found = TurnedDown {
                 share: kept.given_up_share - inverse.given_up_share,
                 bands: coverage::without(&kept.bands.given_up, &inverse.bands.given_up),
-                fits_at_db: room.fits_at(&samples).0,
-                beyond_limit: room.beyond(&samples),
+                fits_at_db,
             };
-            samples = fitting;
             turned_down = Some((found, kept.bands));
         }
     }
@@ -189,16 +190,32 @@ pub fn render_with_findings<O: Quantity>(
         None => inverse.bands,
     };
     findings.power_outside = plan.outside(&padded);
-    findings.faded = frame.fade_loss(target, &texture);
-    let setup = function.drive.as_ref();
-    let headroom = headroom(&samples, config.output_rate, setup);
-    findings.too_steep = headroom.too_steep(setup);
-    if let Some(refused) = room.refused(&samples, setup, config.clipping) {
-        return Err(refused);
+    let headroom = headroom(&samples, config.output_rate, function.drive.as_ref());
+    findings.too_steep = headroom.too_steep(function.drive.as_ref());
+    let refused_steep = (findings.too_steep).filter(|_| config.steep == Overload::Refuse);
+    if headroom.peak > headroom.limit {
+        match config.clipping {
+            Overload::Refuse => {
+                return Err(RenderError::ExceedsFullScale {
+                    peak: headroom.peak,
+                    limit: headroom.limit,
+                    limited_by: headroom.limited_by,
+                    fits_at: match refused_steep {
+                        Some(_) => room.fits_at(&samples),
+                        None => floored(Decibels(headroom.headroom_db.unwrap_or(0.0))),
+                    },
+                });
+            }
+            Overload::Allow => findings.is_clipped = true,
+        }
     }
-    excursion_within_limit::<O>(&padded, (rate, band), setup)?;
-    findings.clipped_at = (headroom.peak > headroom.limit)
-        .then(|| setup.map_or(FULL_SCALE, DriveSetup::limited_by).into());
+    if let Some((asked_v_per_s, limit_v_per_s)) = refused_steep {
+        return Err(RenderError::ExceedsSlew {
+            asked_v_per_s,
+            limit_v_per_s,
+            fits_at: room.fits_at(&samples),
+        });
+    }
     cut(&mut samples, headroom.limit);
     let mut provenance = function.about.provenance.clone();
     // A transfer function measured by playing through another one stands for that one.
@@ -345,6 +362,3 @@ pub fn require_device(
 pub(crate) fn floored(level: Decibels) -> Decibels {
     Decibels((level.0 * 10.0).floor() / 10.0)
 }
-
-#[cfg(test)]
-mod tests;

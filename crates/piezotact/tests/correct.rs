@@ -208,7 +208,7 @@ fn divided(level: f64, seed: u64) -> (Missed, f64) {
     let rendered = render(&target, &function, &config).unwrap();
     let measured = played(
         &rendered.drive,
-        rate().samples_in(rendered.config.modelling_delay),
+        rate().samples_in(config.modelling_delay),
         target.samples().len(),
         &mut Noise::new(seed),
     );
@@ -230,7 +230,7 @@ fn looped(mode: Mode, level: f64, seed: u64) -> Missed {
         .unwrap()
         .estimate::<Acceleration>(&[&silence])
         .unwrap();
-    let lead = rate().samples_in(correction.render().modelling_delay);
+    let lead = rate().samples_in(config.modelling_delay);
     let length = target.samples().len();
     let mut best: Option<(f64, Series<Drive>)> = None;
     for _ in 0..=10 {

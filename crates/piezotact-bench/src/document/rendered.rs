@@ -16,7 +16,7 @@ use super::{RenderBatchDocument, RenderDocument};
 
 const UNKNOWN_BENCH: &str = "The measurement does not say which bench it comes from.";
 const COLUMNS: &str = "Before the arrow: the open-loop drive. After the arrow: the drive that is kept, from a confirmation measurement \
-    that was used neither to correct nor to select it, where the last column does not say that there is none. Improvement: how much \
+    that was used neither to correct nor to select it, unless the last column states that there is none. Improvement: how much \
     smaller the error of the best corrected drive is than that of the open loop, in the quantity that the loop minimises (spectrum, or \
     NMSE of the waveform), with its 95 % interval from the scatter of the measurements; if this interval is not entirely above zero, \
     the open-loop drive is kept. Error and largest error of a line: over the part of the band that the drive reaches; bands that were \

@@ -98,7 +98,7 @@ impl Shown for Imported {
     }
 }
 
-/// The problems, one row each: the place as "file:line" in a report, file and line apart in CSV.
+/// The problems, one row each: the place with its line in a report, file and line apart in CSV.
 fn problems(all: &[Problem], columns: &[(&str, &str)], place: fn(&Problem) -> Vec<Cell>) -> Table {
     let columns = columns.iter();
     let mut table = Table::new(columns.map(|(heading, name)| Column::new(heading, name)));

@@ -70,13 +70,25 @@ impl SpatialPeriod {
                     self.lines.fixed()
                 )
             }
-            _ if self.is_confounded_by(PeriodCriterion::Strongest) => format!(
-                "spatial period not decided: a line that is no multiple of it stands higher ({} Hz), so the speeds may be wrong or there \
+            _ if self.is_confounded_by(PeriodCriterion::Strongest)
+                && (self.open_multiples_m.is_empty() || !self.lines.stronger_hz.is_empty()) =>
+            {
+                match self.lines.other_period_m {
+                    Some(other_m) => format!(
+                        "spatial period not decided: lines of {:.3} mm move with the speed too, so there are two periods, or both belong to a \
+                     longer one; the candidate is {number}",
+                        mm(other_m)
+                    ),
+                    None => format!(
+                        "spatial period not decided: a line that is no multiple of it stands higher ({} Hz), so the speeds may be wrong or there \
                  are two periods; the candidate is {number}",
-                listed_hz(&self.lines.stronger_hz)
-            ),
+                        listed_hz(&self.lines.stronger_hz)
+                    ),
+                }
+            }
             Outcome::NotDecided if self.is_shared() => format!(
-                "a period of {number} is that of all samples: it comes from the drive of the machine or from the finger's ridges, not from a texture"
+                "spatial period not decided: all samples have that of {number}, so it may come from the drive of the machine or from the finger's \
+                 ridges; record a smooth sample too, and the machine without contact"
             ),
             _ if self.jumps() => {
                 format!("spatial period not decided: it differs between loads ({groups})")
@@ -154,8 +166,8 @@ impl CommonLine {
                 format!("{where_found}{speeds}: due to the machine, not to a texture or the finger")
             }
             LineOrigin::NotDecided => format!(
-                "{where_found}: due to the machine or to the finger; record at another speed to decide: a line due to the finger \
-             moves with the speed"
+                "{where_found}: due to the machine, to the finger, or to a period that all samples have; record at another speed to decide: \
+             what is due to the machine does not move with the speed"
             ),
         }
     }

@@ -20,6 +20,8 @@ pub enum PairCriterion {
     /// The p-value of the distance under the hypothesis that the strokes of both are from one sample, adjusted for all pairs of
     /// the study: up to α they differ, above it nothing is decided.
     Chance,
+    /// The distance with what lies around the lines that are left out, less the power that these have at rest: a difference may lie there.
+    LeftOut,
 }
 
 /// Whether two samples are distinguishable by their vibration.
@@ -52,11 +54,14 @@ impl Distinguishability {
             found.map_or(Outcome::NotDecided, |c| c.outcome)
         };
         let jnd = outcome(PairCriterion::JustNoticeableDifference);
+        let mut left_out = criteria.iter().filter(|c| c.what == PairCriterion::LeftOut);
+        let may_hide = left_out.any(|c| c.outcome != Outcome::Met);
         match (
             jnd,
             outcome(PairCriterion::DistanceWithin),
             outcome(PairCriterion::Chance),
         ) {
+            (Outcome::Met, ..) if may_hide => Self::NotDecided,
             (Outcome::Met, ..) => Self::BelowJnd,
             (Outcome::NotMet, Outcome::NotMet, Outcome::Met) => Self::ToldApart,
             _ => Self::NotDecided,
@@ -169,6 +174,9 @@ impl Pair {
         if self.interval_jnd.is_none() {
             return "a sample has only one stroke or recording".into();
         }
+        if is(PairCriterion::JustNoticeableDifference, Outcome::Met) {
+            return "a difference may lie around the lines that are left out".into();
+        }
         if !is(PairCriterion::JustNoticeableDifference, Outcome::NotMet) {
             return "the interval overlaps the published range of the just-noticeable difference"
                 .into();
@@ -248,6 +256,7 @@ impl PairCriterion {
             }
             Self::DistanceWithin => "distance below that between the halves of one sample",
             Self::Chance => "permutation test of the difference (adjusted p)",
+            Self::LeftOut => "distance with what lies around the lines that are left out",
         }
     }
 }

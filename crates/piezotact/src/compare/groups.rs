@@ -9,7 +9,6 @@ use crate::discrimination::{
     Difference, Evidence, Excitation, ExcitationPlan, Model, Units, differences,
 };
 use crate::feature::Analysis;
-use crate::number::digits;
 use crate::quantity::{Band, Hertz, Unit};
 use crate::statistics::{Draws, holm, permutation_test, smallest_p, units_needed};
 
@@ -37,44 +36,19 @@ pub struct Texture {
 }
 
 impl Texture {
-    /// The strokes of `recordings` as those of `name`, without the lines `left_out_hz`, which are not the texture's; `None` without one.
+    /// The strokes of `recordings` as those of `name`; `None` without one.
     ///
-    /// Formula: two and a half bins on either side of a line are on the straight line, of the logarithm, between the bins beside them: a Hann
-    /// window spreads a line over no more.
-    ///
-    /// Source: house rule.
+    /// Source: none; it gathers what was analysed.
     #[must_use]
-    pub fn of(name: &str, recordings: &[&Analysis], left_out_hz: &[f64]) -> Option<Self> {
+    pub fn of(name: &str, recordings: &[&Analysis]) -> Option<Self> {
         let first = recordings.first()?;
-        let without = |psd: &Vec<f64>| {
-            let mut psd = psd.clone();
-            for hz in left_out_hz {
-                leave_out(&mut psd, hz / first.psd.resolution_hz);
-            }
-            psd
-        };
-        let each = |a: &&Analysis| a.psd.each.iter().map(without).collect();
         Some(Self {
             name: name.into(),
-            recordings: recordings.iter().map(each).collect(),
+            recordings: recordings.iter().map(|a| a.psd.each.clone()).collect(),
             resolution_hz: first.psd.resolution_hz,
             unit: first.unit.clone(),
             highest_hz: first.psd.resolution_hz * first.psd.mean.len().saturating_sub(1) as f64,
         })
-    }
-}
-
-/// Replaces the bins of `psd` around the place of a line, in bins, by what lies beside them.
-fn leave_out(psd: &mut [f64], place: f64) {
-    let low = (place - 2.5).floor().max(0.0) as usize;
-    let high = (place + 2.5).ceil() as usize;
-    if high >= psd.len() {
-        return;
-    }
-    let [from, to] = [low, high].map(|bin| psd[bin].max(f64::MIN_POSITIVE).ln());
-    for (bin, power) in psd.iter_mut().enumerate().take(high).skip(low + 1) {
-        let share = (bin - low) as f64 / (high - low) as f64;
-        *power = (from + share * (to - from)).exp();
     }
 }
 
@@ -127,20 +101,6 @@ pub struct AcrossSamples {
 }
 
 impl AcrossSamples {
-    /// This, found without the lines `left_out_hz`: it is said.
-    #[must_use]
-    pub fn without_lines(mut self, left_out_hz: Vec<f64>) -> Self {
-        if !left_out_hz.is_empty() {
-            let lines: Vec<String> = left_out_hz.iter().map(|hz| digits(*hz)).collect();
-            self.sentence += &format!(
-                "; lines at {} Hz, of the mains or a machine, are left out",
-                lines.join(", ")
-            );
-        }
-        self.left_out_hz = left_out_hz;
-        self
-    }
-
     /// The pairs over which errors are controlled, in words: "1 pair", "all 6 pairs".
     #[must_use]
     pub fn family_text(&self) -> String {
@@ -562,29 +522,34 @@ fn judge(found: &mut [Groups], config: &DiscriminationConfig) {
             });
             pair.outcome = Distinguishability::of(&pair.criteria);
         }
-        let near: Vec<Vec<usize>> = (0..groups.names.len())
-            .map(|i| {
-                let below = |j: &usize| {
-                    *j != i
-                        && groups
-                            .pair(i, *j)
-                            .is_some_and(|p| p.outcome == Distinguishability::BelowJnd)
-                };
-                (0..groups.names.len()).filter(below).collect()
-            })
-            .collect();
-        let mut sets = Vec::new();
-        maximal(
-            &near,
-            &mut Vec::new(),
-            (0..groups.names.len()).collect(),
-            Vec::new(),
-            &mut sets,
-        );
-        sets.retain(|set| set.len() > 1);
-        sets.sort();
-        groups.below_jnd = sets;
+        groups.below_jnd = below_jnd(groups);
     }
+}
+
+/// The largest sets of two and more in which every pair is below the just-noticeable difference.
+pub(super) fn below_jnd(groups: &Groups) -> Vec<Vec<usize>> {
+    let near: Vec<Vec<usize>> = (0..groups.names.len())
+        .map(|i| {
+            let below = |j: &usize| {
+                *j != i
+                    && groups
+                        .pair(i, *j)
+                        .is_some_and(|p| p.outcome == Distinguishability::BelowJnd)
+            };
+            (0..groups.names.len()).filter(below).collect()
+        })
+        .collect();
+    let mut sets = Vec::new();
+    maximal(
+        &near,
+        &mut Vec::new(),
+        (0..groups.names.len()).collect(),
+        Vec::new(),
+        &mut sets,
+    );
+    sets.retain(|set| set.len() > 1);
+    sets.sort();
+    sets
 }
 
 /// The warnings about too few strokes or recordings.

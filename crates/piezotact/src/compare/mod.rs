@@ -4,6 +4,7 @@ mod conclusion;
 mod confounded;
 mod distinguishability;
 mod groups;
+mod left_out;
 mod lines;
 mod period;
 mod receptors;
@@ -15,6 +16,7 @@ mod warning;
 pub use confounded::{Confounder, confounders, unless_confounded};
 pub use distinguishability::{Distinguishability, Groups, Pair, PairCriterion, SampleUnit};
 pub use groups::{AcrossSamples, DiscriminationConfig, Texture, WithheldCause, discriminate};
+pub use left_out::{TextureWithLines, discriminate_without};
 pub use lines::{CommonLine, LineOrigin, LinesOf, common_lines, set_apart};
 pub use period::{
     GroupPeriod, LinesOfSpeeds, PeriodCriterion, PeriodUnit, Sliding, SpatialPeriod, SpeedPeak,

@@ -62,11 +62,12 @@ pub enum PeriodCriterion {
     /// raise the mean.
     EverySpeed,
     /// The logarithm of how much likelier lines that move with the speed are than lines that stay at their frequencies, as those of a
-    /// machine do whatever their ratios; no more than 0 where fewer than two speeds show it.
+    /// machine do whatever their ratios; no more than 0 where only one of several speeds that can tell shows it.
     Moves,
-    /// The number of speeds at which a line that is no multiple of the candidate stands higher: it belongs to another period.
+    /// The number of speeds at which a line that is no multiple of the candidate stands higher, and of other periods that stand nearly as
+    /// high at all speeds.
     Strongest,
-    /// The number of other samples that have the same period: what samples share is the drive's or the finger's.
+    /// The number of other samples that have the same period, where all have it: it may be the drive's or the finger's.
     OtherSamples,
     /// How often it fits into the shortest stroke.
     Cycles,
@@ -173,10 +174,13 @@ impl SpatialPeriod {
         self.leaves_open(rule) && self.stands_out()
     }
 
-    /// Whether other samples have it too.
+    /// Whether nothing speaks against it but that all samples have it.
     #[must_use]
     pub fn is_shared(&self) -> bool {
+        let mut criteria = self.criteria.iter();
         self.leaves_open(PeriodCriterion::OtherSamples)
+            && criteria
+                .all(|c| c.what == PeriodCriterion::OtherSamples || c.outcome == Outcome::Met)
     }
 
     /// Whether `other` is the same period: they differ by no more than both intervals reach, or by 1 %.
@@ -441,8 +445,8 @@ pub fn spatial_period(slidings: &[Sliding<'_>], lowest: Hertz) -> Option<Spatial
     Some(found)
 }
 
-/// Adds to the periods of several samples whether others have the same: what all of them share comes from the drive of the machine or from
-/// the ridges of the finger, which move with the speed as a texture's lines do.
+/// Adds to the periods of several samples whether all others have the same: then it is not decided whose it is, as those of the drive of the
+/// machine and of the ridges of the finger move with the speed as a texture's do.
 ///
 /// Source: house rule; f = v/λ holds for a lead screw, a gear and a finger too.
 pub fn compare_periods(periods: &mut [(&str, &mut SpatialPeriod)]) {
@@ -464,7 +468,7 @@ pub fn compare_periods(periods: &mut [(&str, &mut SpatialPeriod)]) {
             names.sort_unstable();
             names.dedup();
         }
-        // Where some sample has another one, two may have been made alike.
+        // Where some sample has another one, the drive and the finger do not make them all.
         let found = if same.len() == all.len() {
             same.len()
         } else {

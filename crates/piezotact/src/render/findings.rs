@@ -2,7 +2,7 @@
 
 use super::{Headroom, PartLost, RenderConfig, RenderWarning};
 use crate::clipping::{ClippedAt, ClippingWarning};
-use crate::quantity::{Band, Decibels, Drive, Quantity, Seconds};
+use crate::quantity::{Band, Drive, Quantity};
 use crate::transfer::TransferFunction;
 use crate::warning::{Warning, not_found_again};
 
@@ -19,10 +19,8 @@ pub struct RenderFindings {
     pub turned_down: Option<TurnedDown>,
     /// The share of the target's power outside the band, 0–1, where it is a tenth or more.
     pub power_outside: Option<f64>,
-    /// The fade at both ends that was asked for, and the change of the texture's level by it.
-    pub faded: Option<(Seconds, Decibels)>,
-    /// The limit at which samples are clipped; none where none is.
-    pub clipped_at: Option<String>,
+    /// Whether samples are clipped.
+    pub is_clipped: bool,
     /// The slope at the actuator and what the amplifier follows, V/s, where it is too steep.
     pub too_steep: Option<(f64, f64)>,
 }
@@ -36,8 +34,6 @@ pub struct TurnedDown {
     pub share: f64,
     /// The level at which all of the band would fit, dB.
     pub fits_at_db: f64,
-    /// The share of samples of the whole band's drive that exceed a limit of the device, 0–1.
-    pub beyond_limit: f64,
 }
 
 impl RenderFindings {
@@ -80,20 +76,15 @@ impl RenderFindings {
             bands: found.bands,
             why: PartLost::TurnedDown {
                 fits_at_db: found.fits_at_db,
-                beyond_limit: Some(found.beyond_limit),
             },
-        });
-        let faded = self.faded.map(|(fade, level)| RenderWarning::Faded {
-            fade_s: fade.0,
-            level_db: level.0,
         });
         let outside = self
             .power_outside
             .map(|share| RenderWarning::PowerOutsideBand { share, band });
-        let clipped = self.clipped_at.map(|limited_by| ClippingWarning::Clipped {
+        let clipped = self.is_clipped.then(|| ClippingWarning::Clipped {
             signal: "the drive".into(),
             at: ClippedAt::Rendered {
-                limited_by,
+                limited_by: headroom.limited_by.clone(),
                 fraction: headroom.clipped_fraction,
             },
         });
@@ -104,7 +95,7 @@ impl RenderFindings {
                     limit_v_per_s,
                 },
             );
-        let first = [unknown, given_up, turned_down, outside, faded];
+        let first = [unknown, given_up, turned_down, outside];
         let mut warnings = self.function;
         warnings.extend(first.into_iter().flatten().map(Warning::from));
         warnings.extend(clipped.map(Warning::from));

@@ -10,9 +10,6 @@ use crate::spectrum::{WelchConfig, WelchPlan};
 use crate::statistics::rms;
 use crate::transfer::TransferFunction;
 
-/// Outside the band the magnitude of an inverse, for its minimum phase, is this share of its largest (−80 dB).
-const LEAST_MAGNITUDE: f64 = 1e-4;
-
 /// The regularisation of an inverse: the share of the target, 0–1, that it aims for in every line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
@@ -58,7 +55,7 @@ pub enum PhaseForm {
     /// The negative phase of the device: waveforms are reproduced, delayed by the modelling delay, with a pre-echo before
     /// a sudden onset.
     Linear,
-    /// The minimum phase of its magnitude, the edges of the band among it: hardly a pre-echo; spectra are reproduced, waveforms are not.
+    /// The minimum phase of its magnitude: no pre-echo; spectra are reproduced, waveforms are not.
     Minimum,
 }
 
@@ -359,35 +356,35 @@ impl InversePlan {
             let limited = limiting.map_or(1.0, |limiting| limiting.share_at(line.frequency_hz));
             limited * config.share(line.h.norm_sqr() / largest, line.coherence)
         };
-        let magnitude = |line: &Line| match line.h.norm() {
-            h if h > 0.0 => line.weight * share(line) / h,
-            _ => 0.0,
-        };
         let turned = match config.phase {
             PhaseForm::Linear => Vec::new(),
-            PhaseForm::Minimum => self.minimum_phases(n, &magnitude),
+            PhaseForm::Minimum => self.minimum_phases(n, largest, config.regularisation),
         };
-        let gain = |(i, line): (usize, &Line)| match turned.get(i) {
-            Some(phase) => Complex::from_polar(magnitude(line), *phase),
-            None if line.h.norm_sqr() > 0.0 => {
-                line.h.conj() * (line.weight * share(line) / line.h.norm_sqr())
+        let gain = |(i, line): (usize, &Line)| {
+            let power = line.h.norm_sqr();
+            if power <= 0.0 {
+                return Complex::default();
             }
-            None => Complex::default(),
+            let asked = line.weight * share(line);
+            match turned.get(i) {
+                Some(phase) => Complex::from_polar(asked / power.sqrt(), -phase),
+                None => line.h.conj() * (asked / power),
+            }
         };
         Ok(self.lines.iter().enumerate().map(gain).collect())
     }
 
-    /// The minimum phases of the lines with a weight, rad, for an inverse of this `magnitude`, the edges of the band among it: an edge
-    /// of zero phase would ring before a sudden onset.
-    fn minimum_phases(&self, n: usize, magnitude: &dyn Fn(&Line) -> f64) -> Vec<f64> {
-        let mut magnitudes = vec![0.0; n / 2 + 1];
-        for line in &self.lines {
-            magnitudes[line.index] = magnitude(line);
-        }
-        let largest = magnitudes.iter().copied().fold(0.0, f64::max);
-        for value in &mut magnitudes {
-            *value = value.max(LEAST_MAGNITUDE * largest);
-        }
+    /// The minimum phases of the lines that count, rad; beyond them the magnitude stays as it is at their ends.
+    fn minimum_phases(&self, n: usize, largest: f64, regularisation: f64) -> Vec<f64> {
+        let least = (largest * regularisation.max(1e-12)).sqrt();
+        let (Some(first), Some(last)) = (self.lines.first(), self.lines.last()) else {
+            return Vec::new();
+        };
+        let at = |index: usize| {
+            let place = index.clamp(first.index, last.index) - first.index;
+            self.lines[place].h.norm().max(least)
+        };
+        let magnitudes: Vec<f64> = (0..=n / 2).map(at).collect();
         let phases = minimum_phase(&magnitudes, n);
         self.lines.iter().map(|line| phases[line.index]).collect()
     }

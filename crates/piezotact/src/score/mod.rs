@@ -5,7 +5,7 @@
 //! by band, in m/s² over the detection threshold, and counts differences in JND of level and of frequency. Waveform
 //! similarity and the indices of the literature are reported as well.
 
-mod active;
+mod error;
 mod excitation;
 pub mod literature;
 mod measurement;
@@ -15,7 +15,7 @@ mod verdict;
 mod warning;
 mod waveform;
 
-use active::Compared;
+pub use error::ScoreError;
 use excitation::{Plans, Waveform as Segments, evidence, parts, spread};
 use serde::{Deserialize, Serialize};
 pub use warning::{NoIndicesCause, NotComparedCause, NotComputed, ScoreWarning};
@@ -220,9 +220,7 @@ pub const MEMORY_BYTES_A_SAMPLE: usize = 110;
 /// The perceptual distance of `test` from `reference` in JND, and whether they can be distinguished.
 ///
 /// Where one waveform follows the other (correlation above 0.5 either way over four fifths of the shorter, above 0.8 over less)
-/// they are aligned, and the time that they share is compared; or else all of each. Silence of 50 ms or more before and after a
-/// vibration (30 dB below its loudest 5 ms) is left out, with a warning; a vibration shorter than a segment is compared by one
-/// segment around it, at the level of its own duration.
+/// they are aligned, and the time that they share is compared; or else all of each.
 ///
 /// Formulas: excitation e = Σ S(f)/a(f)²·Δf, a the detection threshold, spread over third octaves as
 /// [`ScoreConfig::spreading`] says. What lies below a floor is lifted to it: 1 (the threshold) for the sum over all bands, and
@@ -241,8 +239,7 @@ pub const MEMORY_BYTES_A_SAMPLE: usize = 110;
 /// # Errors
 /// [`ScoreError::Rate`] when the rates differ, [`ScoreError::BandAboveNyquist`], [`ScoreError::Jnd`] when a JND is not
 /// above zero, [`ScoreError::Silent`] when either holds nothing in the band, [`ScoreError::NoBand`] when the band
-/// lies below 1 Hz, [`ScoreError::TooShort`] when either is shorter than 5 ms, or is a cut of less than a segment, without silence around
-/// it, that the other does not follow.
+/// lies below 1 Hz, [`ScoreError::TooShort`] when either is shorter than a segment.
 ///
 /// ```
 /// use piezotact::quantity::{Acceleration, Band, Decibels, Hertz, SampleRate};
@@ -293,8 +290,11 @@ fn scored(
         });
     }
     let (waveform, shared) = waveforms(reference, test, config.band, &mut warnings);
-    let found = Compared::of([reference, test], shared, config, &mut warnings)?;
-    let (extent, [reference, test]) = (found.extent, &found.series);
+    let shared = shared.filter(|[a, _]| a.samples().len() >= config.welch.segment);
+    let (extent, reference, test) = match &shared {
+        Some([a, b]) => (Extent::SharedPart, a, b),
+        None => (Extent::WholeOfEach, reference, test),
+    };
     let rate_hz = reference.rate().hz();
     let bands = config.band.third_octaves();
     if bands.is_empty() {
@@ -305,22 +305,13 @@ fn scored(
     let a = excited("the reference", reference, &plans, config)?;
     let b = excited("the test", test, &plans, config)?;
     let segments = a.segments().min(b.segments());
-    let scales = match found.is_short {
-        true => vec![a.scatter_of_noise(&b, &config.welch, found.independent(waveform.as_ref()))],
-        false => evidence([(reference, &a), (test, &b)], extent, &plans, &config.welch)?,
-    };
+    let scales = evidence([(reference, &a), (test, &b)], extent, &plans, &config.welch)?;
     let (a, b) = (&a.mean, &b.mean);
-    let apart = differences(a, b, &model, &scales);
-    let score = apart.largest();
-    let bands = band_scores(&bands, a, b, &apart, &model);
-    // A short effect has no halves that are alike, and no level that changes.
-    let (within_jnd, over_time) = match found.is_short {
-        true => (None, None),
-        false => (
-            within(reference, test, &plans, &config.welch)?,
-            over_time(reference, test, &plans)?,
-        ),
-    };
+    let found = differences(a, b, &model, &scales);
+    let score = found.largest();
+    let bands = band_scores(&bands, a, b, &found, &model);
+    let within_jnd = within(reference, test, &plans, &config.welch)?;
+    let over_time = over_time(reference, test, &plans)?;
     let criteria = verdict::criteria(
         score,
         (extent, within_jnd),
@@ -333,7 +324,7 @@ fn scored(
         balance,
         wanders,
         ..
-    } = apart;
+    } = found;
 
     warnings.extend(warnings_about([reference, test], [a, b], segments));
     warnings.extend(model.warnings());
@@ -345,6 +336,7 @@ fn scored(
     let modulation = over_time.map(|[a, b]| [a.db, b.db]);
     let literature = computed(indices(reference, test), &mut warnings);
     let power = |x: &Excitation| x.power.iter().sum::<f64>();
+    let shorter = reference.duration().0.min(test.duration().0);
     let mut found = Score {
         score,
         sentence: String::new(),
@@ -356,7 +348,7 @@ fn scored(
                 (balance, b.log_centroid() > a.log_centroid()),
             ],
             &bands,
-            Seconds(found.shorter_s),
+            Seconds(shorter),
         ),
         criteria,
         within_jnd,
@@ -463,9 +455,9 @@ fn refuse(
             highest: rate.nyquist(),
         });
     }
-    let needed = active::SHORTEST;
+    let needed = rate.duration_of(config.welch.segment);
     for (what, x) in [("the reference", reference), ("the test", test)] {
-        if x.duration().0 < needed.0 {
+        if x.samples().len() < config.welch.segment {
             return Err(ScoreError::TooShort {
                 what,
                 needed,
@@ -629,80 +621,3 @@ fn over_time(
     let of = |x| spread(x, plans, SHORT_TIME);
     Ok(of(reference)?.zip(of(test)?).map(|(a, b)| [a, b]))
 }
-
-/// Why two vibrations cannot be compared.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum ScoreError {
-    /// The rates differ.
-    #[error(
-        "cannot score: the reference is sampled at {reference_hz} Hz, the test at {test_hz} Hz; resample both to one rate"
-    )]
-    Rate { reference_hz: f64, test_hz: f64 },
-    /// The band reaches beyond the signals.
-    #[error("cannot score over {band}: the signals end at {highest}; lower the band's end")]
-    BandAboveNyquist {
-        /// The band asked for.
-        band: Band,
-        /// Where the signals end.
-        highest: Hertz,
-    },
-    /// Shorter than any effect; or than a segment of the spectra, where it is no effect with silence around it.
-    #[error(
-        "expected {what} to last {} or longer, found {found:.3}; record longer, or loop it",
-        match needed.0 < 0.1 {
-            true => format!("{needed:.3}"),
-            false => format!("{needed:.2}"),
-        }
-    )]
-    TooShort {
-        /// Which of the two.
-        what: &'static str,
-        needed: Seconds,
-        /// How long it is.
-        found: Seconds,
-    },
-    /// The band holds no third octave.
-    #[error("cannot score over {band}: third octaves begin at 0.9 Hz; raise the band's end")]
-    NoBand {
-        /// The band asked for.
-        band: Band,
-    },
-    /// A just-noticeable difference that is none.
-    #[error(
-        "expected a just-noticeable difference {what} above 0 and up to {most}, found {}; 1.58 dB and 0.2 are usual",
-        rounded(*found)
-    )]
-    Jnd {
-        what: &'static str,
-        found: f64,
-        /// The largest that is accepted.
-        most: f64,
-    },
-    /// Nothing there.
-    #[error("{what} has no signal in {band}: check the channel and the band")]
-    Silent {
-        /// Which of the two.
-        what: &'static str,
-        band: Band,
-    },
-    /// The spectra cannot be estimated.
-    #[error("cannot score: {0}")]
-    Estimate(#[from] EstimateError),
-    /// The lines of the spectra cannot be compared.
-    #[error(transparent)]
-    Lines(#[from] VerifyError),
-    /// There is not one block.
-    #[error(
-        "expected {expected} samples at 8 kHz that both signals have, found {found}; record longer"
-    )]
-    FewSamples { expected: usize, found: usize },
-    /// No full scale.
-    #[error("expected a full scale above 0 m/s², found {found}; state the range of the sensor")]
-    NoFullScale { found: f64 },
-    /// A rate that has no simple ratio to 8 kHz.
-    #[error(transparent)]
-    Series(#[from] SeriesError),
-}
-
-#[cfg(test)]
-mod short_tests;

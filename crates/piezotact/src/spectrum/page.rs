@@ -44,7 +44,7 @@ impl SpectrumDocument<'_> {
         format!(
             "The PSD of {} is highest at {} Hz: {} {}.",
             self.channel,
-            rounded(frequency_hz),
+            digits(frequency_hz),
             digits(psd).replace('-', "−"),
             self.unit
         )

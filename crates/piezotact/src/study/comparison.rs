@@ -7,9 +7,9 @@ use super::{AnalysedRecording, Factor, Group, StudyError};
 use crate::compare::{
     AcrossSamples, ActivePassive, Confounder, Contacts, DirectionContrast, DirectionDifference,
     DirectionSetting, DirectionTrend, DiscriminationConfig, FrictionChange, Groups, LevelSpread,
-    LoadTrend, RoughnessTrend, Sliding, SpatialPeriod, Summary, Texture, WithheldCause,
+    LoadTrend, RoughnessTrend, Sliding, SpatialPeriod, Summary, TextureWithLines, WithheldCause,
     across_participants, across_roughness, active_against_passive, comparable, compare_periods,
-    confounders, direction_contrasts, direction_trend, discriminate, friction_against_rms,
+    confounders, direction_contrasts, direction_trend, discriminate_without, friction_against_rms,
     load_trend, rms_on_speed, spatial_period,
 };
 use crate::criterion::Outcome;
@@ -442,14 +442,15 @@ impl Grouping<'_> {
         let texture = |group: &Group| {
             let takes = group.takes.iter().map(|place| &self.takes[*place]);
             let analyses: Vec<_> = takes.filter_map(|take| take.analysis.as_ref()).collect();
-            Texture::of(&group.summary.name, &analyses, &lines_hz)
+            TextureWithLines::of(&group.summary.name, &analyses)
         };
         let all = across.comparisons.iter();
-        let textures: Vec<Vec<Texture>> = all
+        let textures: Vec<Vec<TextureWithLines>> = all
             .map(|comparison| comparison.groups.iter().filter_map(texture).collect())
             .collect();
-        let mut found = match discriminate(&textures, &DiscriminationConfig::usual(model)) {
-            Ok(found) => found.without_lines(lines_hz),
+        let config = DiscriminationConfig::usual(model);
+        let mut found = match discriminate_without(&textures, &lines_hz, &config) {
+            Ok(found) => found,
             Err(why) => {
                 let sentence = why.to_string();
                 return Discrimination::Withheld { why, sentence };

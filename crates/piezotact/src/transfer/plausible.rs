@@ -124,8 +124,14 @@ mod tests {
             function.require_possible().unwrap_err().to_string()
         };
         assert!(refused(function(1e-3, 1.0, 1000.0)).contains("up to 500 Hz"));
-        assert!(refused(function(1e-3, 1e90, 2000.0)).contains("found up to"));
-        assert!(refused(function(1e-3, 1e-60, 2000.0)).contains("found up to"));
+        assert!(
+            refused(function(1e-3, 1e90, 2000.0))
+                .contains("largest magnitude is between 1e-30 and 1e12")
+        );
+        assert!(
+            refused(function(1e-3, 1e-60, 2000.0))
+                .contains("largest magnitude is between 1e-30 and 1e12")
+        );
         let mut more = function(1e-3, 1.0, 2000.0);
         more.effective_averages = 5000.0;
         assert!(refused(more).contains("at most 100"));

@@ -134,14 +134,13 @@ pub(super) fn run(args: &Arguments) -> Outcome {
     }
     let text = piezotact_dataset::read_input_text(&args.study.join("protocol.toml"))?;
     let campaign = &study.campaign;
-    let known_by = Sha::of(format!("{} {}", campaign.protocol_sha, campaign.seed).as_bytes());
-    let known_by = known_by.to_string();
+    let known_by = format!("{} {}", campaign.protocol_sha, campaign.seed);
+    let known_by = Sha::of(known_by.as_bytes()).to_string();
     let simulated = simulated_as(&study)?;
-    let protocol = &campaign.protocol;
     let warnings = study.warnings()?;
-    let in_words: Vec<String> = merged(&warnings).iter().map(merged_text).collect();
+    let in_words = in_words(&warnings);
     let about = DatasetAbout {
-        name: args.name.as_deref().unwrap_or(&protocol.title),
+        name: args.name.as_deref().unwrap_or(&campaign.protocol.title),
         authors: &args.author,
         license: args.license.as_deref(),
         program: PROGRAM,
@@ -150,11 +149,15 @@ pub(super) fn run(args: &Arguments) -> Outcome {
         simulated: simulated.as_deref(),
         warnings: &in_words,
     };
-    let writer = BidsWriter::create(&args.out, about, protocol)?;
-    let (mut exported, place) =
-        written(args, (&study, &sessions), writer, [rehearsals, withdrawn])?;
+    let writer = BidsWriter::create(&args.out, about, &campaign.protocol)?;
+    let left_out = [rehearsals, withdrawn];
+    let (mut exported, place) = written(args, (&study, &sessions), writer, left_out)?;
     exported.warnings.extend(warnings);
     deliver_and(&args.outputs, &exported, &[&place])
+}
+
+fn in_words(warnings: &[Warning]) -> Vec<String> {
+    merged(warnings).iter().map(merged_text).collect()
 }
 
 /// Everything, in its place; with how many rehearsals and sessions of people who withdrew are left out.

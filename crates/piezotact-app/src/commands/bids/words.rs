@@ -112,7 +112,7 @@ pub(super) const FEATURES: &[(&str, &str, &str)] = &[
     (
         "meissner_level_db",
         "dB",
-        "The power in the band of Meissner's corpuscles re their threshold: above 0 they detect a steady vibration; for accelerations only.",
+        "The power in the band of Meissner's corpuscles relative to their threshold: above 0 they detect a steady vibration; for accelerations only.",
     ),
     ("pacini_level_db", "dB", "The same for Pacinian corpuscles."),
     (

@@ -17,7 +17,7 @@ use crate::failure::{Failure, Outcome, usage};
 pub(crate) struct Arguments {
     /// An EEG file.
     file: PathBuf,
-    /// The first and the last time of epochs from the marker, s.
+    /// Start and end of the epochs relative to the marker, s.
     #[arg(
         long,
         visible_alias = "window",

@@ -36,7 +36,7 @@ const MOST_OFF_DEG: f64 = 40.0;
 pub(crate) struct Arguments {
     /// An EEG file of one task.
     file: PathBuf,
-    /// The baseline from the marker, s: at rest, before a movement is planned.
+    /// The baseline relative to the marker, s: at rest, before a movement is planned.
     #[arg(
         long,
         value_name = "FROM,TO",
@@ -44,7 +44,7 @@ pub(crate) struct Arguments {
         allow_hyphen_values = true
     )]
     baseline: Span,
-    /// The window from the marker, s.
+    /// The window relative to the marker, s.
     #[arg(
         long,
         value_name = "FROM,TO",
@@ -52,7 +52,7 @@ pub(crate) struct Arguments {
         allow_hyphen_values = true
     )]
     window: Span,
-    /// The first and the last time of epochs from the marker, s; default: baseline and window, and as much more as wavelets reach.
+    /// Start and end of the epochs relative to the marker, s; default: baseline and window, extended by the reach of the wavelets.
     #[arg(long, value_name = "FROM,TO", allow_hyphen_values = true)]
     epoch: Option<Span>,
     /// A band; several are allowed.

@@ -29,7 +29,7 @@ pub(crate) struct Eeg {
 enum EegCommand {
     /// Shows what an EEG file holds: channels, rate, parts, markers, known positions, flat and saturated channels, mains.
     #[command(
-        after_help = "Files: BrainVision (.vhdr), EDF, EDF+, BDF, EEGLAB (.set), XDF, and recordings of this program. A `_eeg.json` or\n`_channels.tsv` of BIDS beside the file is held against it; channels\nthat it calls bad are not analysed. `_events.tsv` gives the markers of a file that has none. `EEG C3-Ref` of an EDF file is called C3. With --pulses and --against, drift and jitter between the clocks of\ntwo files are estimated from pulses that both recorded.\n\nExample:\n  piezotact eeg info P01_control.vhdr --report info.html\n  piezotact eeg info P01_control.vhdr --pulses \"S 15\" --against P01_touch.parquet"
+        after_help = "Files: BrainVision (.vhdr), EDF, EDF+, BDF, EEGLAB (.set), XDF, and recordings of this program. A `_eeg.json` or\n`_channels.tsv` of BIDS beside the file is held against it; channels\nthat it marks as bad are not analysed. `_events.tsv` gives the markers of a file that has none. `EEG C3-Ref` of an EDF file is called C3. With --pulses and --against, drift and jitter between the clocks of\ntwo files are estimated from pulses that both recorded.\n\nExample:\n  piezotact eeg info P01_control.vhdr --report info.html\n  piezotact eeg info P01_control.vhdr --pulses \"S 15\" --against P01_touch.parquet"
     )]
     Info(info::Arguments),
     /// Cuts epochs around markers, rejects the bad ones by stated limits, and counts them by condition.

@@ -53,8 +53,8 @@ pub(super) struct Preparing {
     /// EOG channels, separated by commas: their part in the others is taken away by regression.
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     eog: Vec<String>,
-    /// Electrodes whose signals are computed from those of the others by spherical splines, separated by commas; `bad` stands for those that the
-    /// table of channels beside the file calls bad.
+    /// Electrodes to interpolate from the others by spherical splines, separated by commas; `bad`: those that the table of channels beside
+    /// the file marks as bad.
     #[arg(long, value_name = "NAMES|bad", value_delimiter = ',')]
     interpolate: Vec<String>,
     /// The reference: `as-recorded`, `average` of all electrodes, or names of channels, separated by

@@ -103,20 +103,17 @@ fn run_text(run: &RunInfo) -> String {
 fn device(path: &Path) -> Outcome<Kept<'_>> {
     let device = read_device(&path.to_string_lossy())?;
     let mut text = format!(
-        "{}\n  the description of a device: {}, {}",
+        "{}\n  the description of a device: {}, {:.0} nF",
         path.display(),
         device.name(),
-        device.actuator().load()
+        device.actuator().capacitance_f * 1e9
     );
     for gain in device.gains() {
         text += &format!(
-            "\n  gain {gain}: ratio {:.4}, limit {} V peak, {}",
+            "\n  gain {gain}: ratio {:.4}, limit {} V peak, slew limit {:.0} V/s with the actuator",
             gain.voltage_ratio(),
             gain.limit_v,
-            match gain.slew_limit_v_per_s(device.actuator().capacitance_f) {
-                Some(slope) => format!("slew limit {slope:.0} V/s with the actuator"),
-                None => "no slew limit".into(),
-            }
+            gain.slew_limit_v_per_s(device.actuator().capacitance_f)
         );
     }
     text +=

@@ -234,6 +234,5 @@ fn request(args: &Arguments, textures: &Textures) -> Render {
         discard_raw: false,
         allow_clipping: false,
         outputs: Outputs::default(),
-        fade: 0.0,
     }
 }

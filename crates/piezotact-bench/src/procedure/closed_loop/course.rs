@@ -343,7 +343,6 @@ impl Fit {
                 share,
                 why: PartLost::TurnedDown {
                     fits_at_db: fits_at.0,
-                    beyond_limit: None,
                 },
             })
         });

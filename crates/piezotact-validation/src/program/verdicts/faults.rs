@@ -7,7 +7,7 @@ use anyhow::Result;
 use num_complex::Complex;
 use piezotact::feature::Weighting;
 use piezotact::lineage::Mode;
-use piezotact::quantity::{Band, Decibels, Hertz};
+use piezotact::quantity::{Band, Decibels, Hertz, Seconds};
 use piezotact::verify::{RenderedBand, VerifyConfig};
 
 use super::kinds::Kind;
@@ -315,7 +315,12 @@ impl Making<'_> {
                 let first = self.played[..half].to_vec();
                 self.case.delivered = scene.good(&[first.clone(), first].concat());
             }
-            Fade(s) => self.case.delivered = scene.good(&faded(&self.played, s)),
+            FadeUntold(s) => self.case.delivered = scene.good(&faded(&self.played, s)),
+            FadeTold(s) => {
+                self.case.meant = faded(&self.case.meant, s);
+                self.case.delivered = scene.good(&faded(&self.played, s));
+                self.case.config.fade = Seconds(s);
+            }
             Faster(share) => {
                 // It begins again, so that it is as long.
                 let n = scene.target.len();

@@ -15,7 +15,7 @@ const REACH: f64 = 0.1;
 /// A line is as wide as the lobe of the window, this many times 1/T, T the length of a stroke, s …
 const LOBE: f64 = 2.0;
 /// … or as the speed wanders within a stroke, as a share of its frequency.
-const WANDER: f64 = 0.03;
+pub(super) const WANDER: f64 = 0.03;
 /// The level around a line is the median from its width to this many times its width, on both sides.
 pub(super) const AROUND: f64 = 4.0;
 /// Fewer values than this on a side say nothing of the level around a line.

@@ -213,7 +213,11 @@ fn spread(value: Option<Statistics>, scale: f64, strokes: usize) -> Cell {
         let usual = decimals.map_or(0, |(_, decimals)| decimals.len());
         let needed = (-(s.sd * scale).abs().max(1e-9).log10()).ceil().max(0.0) as usize;
         let decimals = needed.clamp(usual, usual + 1);
-        format!("{value:.decimals$} ± {:.decimals$}", s.sd * scale)
+        if s.sd * scale < 0.5 * 0.1f64.powi(decimals as i32) {
+            mean
+        } else {
+            format!("{value:.decimals$} ± {:.decimals$}", s.sd * scale)
+        }
     };
     Cell::Rounded {
         value,

@@ -454,7 +454,7 @@ fn signals(takes: &[AnalysedRecording], most: usize) -> Vec<Block> {
     let mut blocks = Vec::new();
     if takes.len() > most {
         blocks.push(Block::note(format!(
-            "The first {most} of {} recordings; piezotact strokes --cuts-only --csv lists the cuts of all.",
+            "The first {most} of {} recordings; the table of cuts (CSV) lists those of all.",
             takes.len()
         )));
     }
