@@ -238,9 +238,8 @@ pub fn segment_by_force(
     };
     found.warnings.extend(found.untouched_warning());
     let parts = (found.strokes.as_slice(), found.rejected.as_slice());
-    let stated = rule.load_n.is_some();
     (found.warnings).extend(contradiction(frames, signals.vibration, parts, |reason| {
-        is_of_force(reason, stated)
+        is_of_force(reason, rule)
     }));
     found.warnings.extend(cutter.warnings(&friction));
     Ok(found)
@@ -612,12 +611,12 @@ fn part(values: &[f64], from: usize, to: usize) -> &[f64] {
 }
 
 /// Whether a part is rejected for its force alone, and should not vibrate more than strokes. A force above the load that is stated vibrates more.
-fn is_of_force(reason: &Reason, load_is_stated: bool) -> bool {
+fn is_of_force(reason: &Reason, rule: &ForceRule) -> bool {
     match reason {
         Reason::NoContact | Reason::TooLight { .. } => true,
         Reason::ForceOutsideTolerance {
             mean_n, target_n, ..
-        } => !load_is_stated || mean_n < target_n,
+        } => rule.load_n.is_none() || mean_n < target_n,
         _ => false,
     }
 }
