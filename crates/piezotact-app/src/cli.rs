@@ -130,8 +130,9 @@ pub(crate) struct Computing {
     /// The spatial period of the fingerprint ridges, such as 0.545mm.
     #[arg(long, value_name = "VALUE UNIT")]
     pub(crate) ridge: Option<Measure>,
-    /// Your own sample set (TOML), in addition to the two built-in sets.
-    #[arg(long, value_name = "SET.toml")]
+    /// The sample set that the recordings name their samples by: `isotropic` (S1–S13), `periodic` (M1–M12), or your own (TOML). Roughness and
+    /// periods are not known without it, except for recordings of the digital twin.
+    #[arg(long, value_name = "NAME|SET.toml")]
     pub(crate) set: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) outputs: Outputs,

@@ -282,3 +282,111 @@ fn files_of_one_name_are_told_by_their_folders() {
     let names: Vec<&str> = groups.iter().filter_map(|g| g["name"].as_str()).collect();
     assert_eq!(names, ["monday/S_1.csv", "tuesday/S_1.csv"], "{document:#}");
 }
+
+/// Own samples that are called as those of a built-in set: its roughness holds where the set is stated, and nowhere else.
+#[test]
+fn a_built_in_set_applies_where_it_is_stated() {
+    let folder = Folder::new();
+    let names = ["S1", "S4", "S6", "S8"];
+    let mut files = Vec::new();
+    for (i, name) in names.into_iter().enumerate() {
+        for repeat in 0..2 {
+            let file = format!("{name}_{repeat}.csv");
+            let level = 2.0 / (i + 1) as f64;
+            folder.write(&file, one_stroke(2 * i + repeat, level));
+            files.push(file);
+        }
+    }
+    let line = format!(
+        "compare {} --meta {{sample}}_{{repeat}} --by sample",
+        files.join(" ")
+    );
+    let own = run(&folder, &line).out();
+    assert!(own.contains("S8") && !own.contains("Ra"), "{own}");
+    let stated = run(&folder, &format!("{line} --set isotropic")).out();
+    assert!(stated.contains("rms rises with Ra"), "{stated}");
+    let line = line
+        .replace("compare", "strokes")
+        .replace(" --by sample", "");
+    assert!(!run(&folder, &line).out().contains("sandpaper"));
+    let stated = run(&folder, &format!("{line} --set isotropic")).out();
+    assert!(stated.contains("sandpaper"), "{stated}");
+    let Some(case) = shared("cases/samples_named_S1") else {
+        return;
+    };
+    let case = case.display();
+    let all = names.into_iter().chain(["S12"]);
+    let files: Vec<String> = all
+        .flat_map(|name| [1, 2].map(|i| format!("{case}/{name}_{i}.wav")))
+        .collect();
+    let mut words = vec![
+        "compare",
+        "--by",
+        "sample",
+        "--scale",
+        "200 m/s2",
+        "--meta",
+        "{sample}_{repeat}",
+    ];
+    words.extend(files.iter().map(String::as_str));
+    let own = folder.run(&words).out();
+    assert!(own.contains("S12") && !own.contains("Ra"), "{own}");
+}
+
+/// A recording of the twin states that it is simulated and which samples it touches: both stand in the result.
+#[test]
+fn a_simulated_recording_is_called_so_and_its_sample_is_known() {
+    let folder = Folder::new();
+    for name in ["S2", "S8"] {
+        let line =
+            format!("twin record --bench acttouch --sample {name} --seed 3 --out {name}.wav");
+        run(&folder, &line).expect_success();
+    }
+    let simulated = "Digital twin: no hardware and no person took part.";
+    let commands = [
+        "strokes S2.wav S8.wav",
+        "strokes --cuts-only S2.wav",
+        "compare S2.wav S8.wav --by sample",
+        "score S2.wav S8.wav",
+    ];
+    for (i, line) in commands.into_iter().enumerate() {
+        let page = format!("{i}.html");
+        let done = run(&folder, &format!("{line} --report {page}"));
+        let text = done.out();
+        assert_eq!(text.lines().next(), Some(simulated), "{line}: {text}");
+        let report = std::fs::read_to_string(folder.path(&page)).unwrap();
+        let (said, first) = (report.find(simulated), report.find("<section"));
+        assert!(said.is_some() && said < first, "{line}");
+    }
+    assert!(
+        run(&folder, "strokes S2.wav S8.wav")
+            .out()
+            .contains("sandpaper")
+    );
+    folder.write("own.csv", one_stroke(1, 1.0));
+    let mixed = run(&folder, "strokes S2.wav own.csv").out();
+    assert!(
+        mixed.starts_with("1 of 2 recordings are simulated. Digital twin:"),
+        "{mixed}"
+    );
+    assert!(!run(&folder, "strokes own.csv").out().contains("twin"));
+}
+
+/// Samples whose names differ in capital letters alone are two samples, and both names are said.
+#[test]
+fn names_that_differ_in_capital_letters_alone_are_a_warning() {
+    let folder = Folder::new();
+    for (i, name) in ["text9_1", "Text9_2", "text3_1"].into_iter().enumerate() {
+        folder.write(&format!("{name}.csv"), one_stroke(i, 1.0));
+    }
+    let said = |files: &str| {
+        let line = format!("compare {files} --meta {{sample}}_{{repeat}} --by sample");
+        run(&folder, &line).err()
+    };
+    let alike = said("text9_1.csv Text9_2.csv text3_1.csv");
+    assert!(
+        alike.contains("the samples `text9` and `Text9` count as two"),
+        "{alike}"
+    );
+    assert!(!said("text9_1.csv text3_1.csv").contains("count as two"));
+}

@@ -319,7 +319,8 @@ fn samples_follow_their_roughness_and_active_touch_its_passive_twin() {
     let run = |by: &str, files: &[String]| {
         let mut arguments = vec!["compare"];
         arguments.extend(files.iter().map(String::as_str));
-        arguments.extend(["--meta", "{sample}_{touch}", "--by", by, "--json"]);
+        arguments.extend(["--meta", "{sample}_{touch}", "--by", by]);
+        arguments.extend(["--set", "isotropic", "--json"]);
         folder.run(&arguments).json()
     };
     let active: Vec<String> = files

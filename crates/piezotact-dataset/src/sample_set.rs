@@ -49,11 +49,16 @@ pub fn known_sample_sets() -> Result<Vec<SampleSet>, ReadError> {
         .collect()
 }
 
-/// The sample set in a TOML file.
+/// The sample set of a name, `isotropic` or `periodic`, or in a TOML file.
 ///
 /// # Errors
 /// [`ReadError`] naming the file, the sample, what was expected and what was found.
 pub fn read_sample_set(path: &Path) -> Result<SampleSet, ReadError> {
+    let known = known_sample_sets()?.into_iter();
+    let mut named = known.filter(|set| path == Path::new(&set.name));
+    if let Some(set) = named.next() {
+        return Ok(set);
+    }
     let text = crate::input::read_input_text(path)?;
     parse(path, &text)
 }

@@ -25,6 +25,7 @@ pub fn html(page: &Page, words: &dyn Words) -> Result<String, DrawError> {
     let body = html! {
         h1 { (page.title) }
         @if !page.origin.is_empty() { p.soft { (page.origin) } }
+        @if let Some(simulated) = &page.simulated { p { strong { (simulated) } } }
         @for section in &sections { (section) }
         p.soft { (concat!("piezotact ", env!("CARGO_PKG_VERSION"))) }
     };
@@ -37,12 +38,12 @@ pub fn html(page: &Page, words: &dyn Words) -> Result<String, DrawError> {
     )
 }
 
-/// A report as text for a terminal: its conclusions, its numbers and its first table.
+/// A report as text for a terminal: what is simulated, its conclusions, its numbers and its first table.
 ///
 /// # Errors
 /// [`DrawError`] for a table that cannot be shown.
 pub fn terminal(page: &Page) -> Result<String, DrawError> {
-    let mut lines = Vec::new();
+    let mut lines: Vec<String> = page.simulated.iter().cloned().collect();
     for block in page.blocks() {
         match block {
             Block::Conclusion { text, .. } => lines.push(text.clone()),

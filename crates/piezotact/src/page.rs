@@ -11,6 +11,7 @@ use crate::criterion::{Criterion, Limit, Outcome};
 use crate::document::Kept;
 use crate::figure::Figure;
 use crate::number::digits;
+use crate::recording::BenchKind;
 use crate::warning::{Merged, Warning, merged};
 
 /// A result with a report.
@@ -55,6 +56,9 @@ pub struct Page {
     pub title: String,
     /// One line below the title: which bench and which recording it comes from; may be empty.
     pub origin: String,
+    /// That no person or no device took part, in a sentence, which stands before everything else; absent where they did, or where it is not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub simulated: Option<String>,
     /// Its sections, in order.
     pub sections: Vec<Section>,
     /// What a CSV file of it holds, with a row for each item; if absent, the first table.
@@ -543,9 +547,29 @@ impl Page {
         Self {
             title: title.into(),
             origin: origin.into(),
+            simulated: None,
             sections: Vec::new(),
             rows: None,
         }
+    }
+
+    /// The same with what is simulated of the recordings behind it, which come from `benches`; absent where one does not state its bench.
+    #[must_use]
+    pub fn simulated(mut self, benches: impl IntoIterator<Item = Option<BenchKind>>) -> Self {
+        let benches: Vec<Option<BenchKind>> = benches.into_iter().collect();
+        let simulated = benches.iter().flatten();
+        let simulated: Vec<BenchKind> = simulated.copied().filter(|kind| !kind.is_real()).collect();
+        self.simulated = simulated.first().map(|kind| {
+            let (some, all) = (simulated.len(), benches.len());
+            match some == all {
+                true => kind.sentence().to_owned(),
+                false => format!(
+                    "{some} of {all} recordings are simulated. {}",
+                    kind.sentence()
+                ),
+            }
+        });
+        self
     }
 
     /// The same with what a CSV file of it holds.
@@ -628,6 +652,25 @@ mod tests {
         );
         let numbers = [15.0, -0.25, 0.0, 120.04, 0.000_05].map(|value| limit_number(value, ""));
         assert_eq!(numbers, ["15", "−0.25", "0", "120", "5.0e−5"]);
+    }
+
+    #[test]
+    fn what_is_simulated_is_said_of_all_or_of_some() {
+        let said = |benches: &[Option<BenchKind>]| {
+            let page = Page::new("Strokes", "").simulated(benches.iter().copied());
+            page.simulated
+        };
+        let (twin, real) = (Some(BenchKind::Twin), Some(BenchKind::Hardware));
+        assert_eq!(said(&[real, None]), None);
+        assert_eq!(
+            said(&[twin, twin]).as_deref(),
+            Some(BenchKind::Twin.sentence())
+        );
+        let some = said(&[real, twin, None]).unwrap();
+        assert!(
+            some.starts_with("1 of 3 recordings are simulated. Digital twin"),
+            "{some}"
+        );
     }
 
     #[test]

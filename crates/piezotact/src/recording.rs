@@ -262,6 +262,12 @@ pub enum BenchKind {
 }
 
 impl BenchKind {
+    /// Whether real devices took part.
+    #[must_use]
+    pub fn is_real(self) -> bool {
+        self == Self::Hardware
+    }
+
     /// Which bench it is, as reports state it.
     #[must_use]
     pub fn sentence(self) -> &'static str {

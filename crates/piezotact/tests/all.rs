@@ -1,5 +1,6 @@
 //! Every test of the science, in one program: it is linked once and runs on all cores.
 
+mod agreement;
 mod align;
 mod clocks;
 mod conjugate_trap;

@@ -174,6 +174,7 @@ fn settings() -> StudySettings {
         gesture: Gesture::Usual,
         segment: None,
         sets: Vec::new(),
+        twin_sets: Vec::new(),
         ridge_m: None,
         question: Question::Groups(None),
         breadth: Breadth::Question,

@@ -79,6 +79,7 @@ fn settings(question: Question) -> StudySettings {
         gesture: Gesture::Usual,
         segment: None,
         sets: Vec::new(),
+        twin_sets: Vec::new(),
         ridge_m: None,
         question,
         breadth: Breadth::Question,

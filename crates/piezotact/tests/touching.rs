@@ -80,6 +80,7 @@ fn compared(made: &[Made], by: Factor) -> Result<StudyAnalysis, StudyError> {
         gesture: Gesture::Usual,
         segment: None,
         sets: Vec::new(),
+        twin_sets: Vec::new(),
         ridge_m: None,
         question: Question::Changes {
             by,
@@ -394,6 +395,7 @@ fn what_was_not_measured_is_not_shown_as_if_it_were() {
         gesture: Gesture::Usual,
         segment: None,
         sets: Vec::new(),
+        twin_sets: Vec::new(),
         ridge_m: None,
         question: Question::Groups(None),
         breadth: Breadth::Question,

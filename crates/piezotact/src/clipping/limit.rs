@@ -30,8 +30,11 @@ const ABOVE_NEIGHBOURS: usize = 6;
 const NEIGHBOURS: usize = 8;
 /// A signal of no more steps than these of a converter stands at its limits without having been clipped.
 const FEW_STEPS: usize = 16;
-/// A single-sided extreme with more than this share of the samples is a rest level, not a limit.
+/// A single-sided extreme with more than this share of the samples may be a rest level: where it is near zero, or where zero is far from
+/// both ends, so that it is not known which of them is at rest.
 const REST: f64 = 0.5;
+/// Zero is far from both ends of a signal where the nearer one is at this part of the farther one, or more.
+const FAR_FROM_ZERO: f64 = 0.5;
 /// One side alone, near zero, and held for so many samples at a time on average: a sensor at rest between contacts. Near zero: within this
 /// part of the largest magnitude.
 const LONG_REST: f64 = 256.0;
@@ -49,12 +52,48 @@ const SQUARE: f64 = 0.65;
 /// Source: the arcsine law of a sine's amplitudes, and Monte Carlo tests beside this code.
 #[must_use]
 pub fn limited(samples: &[f64]) -> Limited {
+    limited_at(samples).0
+}
+
+/// The limits of a sensor that a whole recording shows: a part of it that stands at one may be too short or too clipped to show it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Rails {
+    low: Option<f64>,
+    high: Option<f64>,
+}
+
+impl Rails {
+    /// The limits in `samples`, in their unit; none on a side where nothing clips.
+    ///
+    /// Source: [`limited`].
+    pub(crate) fn of(samples: &[f64]) -> Self {
+        limited_at(samples).1
+    }
+
+    /// The share of the samples of `part`, which is of the same recording, that are at these limits or at one that it shows itself, 0–1.
+    pub(crate) fn share(self, part: &[f64]) -> f64 {
+        let [low, high] = [self.low, self.high].map(|rail| rail.unwrap_or(f64::NAN));
+        let at_rail = part.iter().filter(|v| **v <= low || **v >= high).count();
+        let own = limited(part).share();
+        match at_rail < FEWEST_SAMPLES {
+            true => own,
+            false => own.max(at_rail as f64 / part.len() as f64),
+        }
+    }
+}
+
+/// [`limited`], with the places of the limits.
+fn limited_at(samples: &[f64]) -> (Limited, Rails) {
+    let nothing = Rails {
+        low: None,
+        high: None,
+    };
     let (low, high) = extremes(samples);
     if samples.len() < 16
         || low >= high
         || !takes_more_than(FEW_STEPS, samples, SAME * (high - low))
     {
-        return Limited::default();
+        return (Limited::default(), nothing);
     }
     let histogram = Histogram::of(samples, low, high);
     // A square wave has its median at one of its ends.
@@ -65,22 +104,25 @@ pub fn limited(samples: &[f64]) -> Limited {
     let side = |sign: f64, extreme: f64| {
         // Silence is not clipping.
         if extreme == 0.0 {
-            return 0.0;
+            return (0.0, extreme);
         }
         let end = histogram.seen_from(sign);
         let often = end.at_most(0.0) as usize >= FEWEST_SAMPLES;
-        let exact = || at_the_extreme(samples, sign, extreme, ROUNDING * (high - low));
-        often.then(exact).flatten().unwrap_or_else(|| {
-            bins(sign, extreme)
-                .filter(|bins| bins.may_hold_a_peak(end))
-                .map_or(0.0, |bins| {
-                    peak_at_the_end(samples, sign, extreme, middle, bins)
-                })
-        })
+        let rounding = ROUNDING * (high - low);
+        let exact = || at_the_extreme(samples, sign, extreme, rounding);
+        if let Some(share) = often.then(exact).flatten() {
+            return (share, extreme - sign * rounding);
+        }
+        bins(sign, extreme)
+            .filter(|bins| bins.may_hold_a_peak(end))
+            .map_or((0.0, extreme), |bins| {
+                peak_at_the_end(samples, sign, extreme, middle, bins)
+            })
     };
+    let ((low_share, low_rail), (high_share, high_rail)) = (side(-1.0, low), side(1.0, high));
     let found = Limited {
-        low: side(-1.0, low),
-        high: side(1.0, high),
+        low: low_share,
+        high: high_share,
     };
     let one_sided = found.low <= 0.0 || found.high <= 0.0;
     let resting = |sign: f64, share: f64, extreme: f64| {
@@ -88,14 +130,25 @@ pub fn limited(samples: &[f64]) -> Limited {
         let largest = low.abs().max(high.abs());
         share > 0.0 && rests_near_zero(samples, sign, extreme, middle, largest, counts())
     };
+    let held_at_rest = |extreme: f64, other: f64| {
+        let far = extreme * other > 0.0 && other.abs() > FAR_FROM_ZERO * extreme.abs();
+        far || extreme.abs() <= NEAR_ZERO * other.abs()
+    };
+    let mostly_rests = found.share() > REST
+        && match found.low > 0.0 {
+            true => held_at_rest(low, high),
+            false => held_at_rest(high, low),
+        };
     let rests = one_sided
-        && (found.share() > REST
-            || resting(-1.0, found.low, low)
-            || resting(1.0, found.high, high));
+        && (mostly_rests || resting(-1.0, found.low, low) || resting(1.0, found.high, high));
     if rests || (found.share() > SQUARE && regular(samples, 0.5 * (low + high))) {
-        Limited::default()
+        (Limited::default(), nothing)
     } else {
-        found
+        let rails = Rails {
+            low: (found.low > 0.0).then_some(low_rail),
+            high: (found.high > 0.0).then_some(high_rail),
+        };
+        (found, rails)
     }
 }
 
@@ -393,19 +446,25 @@ impl Counts {
     }
 }
 
-/// The share of samples in a narrow peak at the end of the distribution.
-fn peak_at_the_end(samples: &[f64], sign: f64, extreme: f64, middle: f64, bins: Bins) -> f64 {
+/// The share of samples in a narrow peak at the end of the distribution, and where the peak begins.
+fn peak_at_the_end(
+    samples: &[f64],
+    sign: f64,
+    extreme: f64,
+    middle: f64,
+    bins: Bins,
+) -> (f64, f64) {
     let found = Counts::of(samples, sign, extreme, bins).peak();
     let Some((count, end)) = found else {
-        return 0.0;
+        return (0.0, extreme);
     };
     let limit = extreme - sign * end;
     let visits = visits(samples, sign, middle, limit);
     let held = visits < FEWEST_VISITS_OF_A_PEAK;
     if held || (count < LONG_VISIT * visits as f64 && repeats(samples)) {
-        0.0
+        (0.0, limit)
     } else {
-        count / samples.len() as f64
+        (count / samples.len() as f64, limit)
     }
 }
 
@@ -541,6 +600,36 @@ mod tests {
                     assert!(clipped.low > 0.0 && clipped.high > 0.0);
                 }
             }
+        }
+    }
+
+    /// A force of 0 to 1 N that stands at its upper limit for most of the time is clipped; one that rests at zero for as long is not.
+    #[test]
+    fn rest_is_at_zero_and_not_at_an_extreme() {
+        let mut random = Random::stream(3, 0, "rest");
+        let presses = |i: usize| i % 2000 < 1300;
+        let noise: Vec<f64> = (0..40_000).map(|_| random.normal()).collect();
+        let force = |rest_n: f64, press_n: f64| -> Vec<f64> {
+            let of = |(i, noise): (usize, &f64)| {
+                let level_n = if presses(i) { press_n } else { rest_n };
+                level_n + 0.05 * noise
+            };
+            noise.iter().enumerate().map(of).collect()
+        };
+        for sign in [1.0, -1.0] {
+            let saturated: Vec<f64> = force(0.0, 2.0).iter().map(|v| sign * v.min(1.0)).collect();
+            let found = limited(&saturated);
+            assert!((found.share() - 0.65).abs() < 0.01, "{sign}: {found:?}");
+            // Each part of it, though it holds nothing but the limit and what lies close below.
+            let rails = Rails::of(&saturated);
+            assert!(rails.share(&saturated[..1300]) > 0.99, "{sign}: {rails:?}");
+            assert_eq!(rails.share(&saturated[1300..2000]), 0.0, "{sign}");
+            // The amplifier shows nothing below 0.2 N, four times its noise.
+            let resting: Vec<f64> = force(1.0, 0.0).iter().map(|v| sign * v.max(0.2)).collect();
+            assert_eq!(limited(&resting), Limited::default(), "{sign}");
+            // Where zero lies outside of the range, either end may be rest.
+            let far: Vec<f64> = resting.iter().map(|v| v + sign * 200.0).collect();
+            assert_eq!(limited(&far), Limited::default(), "{sign}");
         }
     }
 

@@ -9,8 +9,8 @@ use crate::series::Series;
 use crate::warning::Warning;
 pub use warning::{ClippedAt, ClippingWarning};
 
-pub(crate) use limit::step;
 pub use limit::{Limited, limited};
+pub(crate) use limit::{Rails, step};
 
 /// How much of a measurement stood at a limit.
 #[derive(Clone, Debug, Default, PartialEq)]

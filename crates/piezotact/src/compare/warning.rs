@@ -69,6 +69,11 @@ pub enum Mixed {
         "{recordings} cannot be compared, as they differ from the others in more than the compared factor"
     )]
     LeftOut { recordings: String },
+    /// Samples whose names differ in capital letters, blanks or leading zeros alone.
+    #[error(
+        "the samples `{one}` and `{other}` count as two, although their names differ in capital letters, blanks or leading zeros alone"
+    )]
+    NamesAlike { one: String, other: String },
     /// Strokes of one texture were recorded under different conditions.
     #[error(
         "strokes of different {what} ({values}) count as one texture: the one that is rendered is typical of none of them"
@@ -87,6 +92,7 @@ impl Mixed {
             Self::Pooled { what, .. } => {
                 format!("group by {}, or compare the groups", factor_of(what))
             }
+            Self::NamesAlike { .. } => "give one sample one name".into(),
             Self::Confounded { .. }
             | Self::Unknown { .. }
             | Self::LeftOut { .. }

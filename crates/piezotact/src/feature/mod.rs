@@ -21,7 +21,7 @@ pub use plan::{FeaturePlan, band_power};
 pub use statistics::{Moments, Statistics};
 pub use weighting::{Receptor, Weighting};
 
-use crate::clipping::{ClippedAt, ClippingWarning, flat_top_fraction};
+use crate::clipping::{ClippedAt, ClippingWarning, Rails};
 use crate::filter::{HighPass, ZeroPhase};
 use crate::quantity::{Band, Hertz, SampleRate, Uncalibrated, Unit};
 use crate::recording::{Recording, RecordingError};
@@ -432,10 +432,11 @@ fn clipped(recording: &Recording, segmentation: &Segmentation) -> Vec<Warning> {
         let Some(channel) = recording.channels().iter().find(|c| c.name == *name) else {
             continue;
         };
+        let rails = Rails::of(&channel.samples);
         let clipped = segmentation
             .strokes
             .iter()
-            .map(|s| flat_top_fraction(s.steady.of(&channel.samples)));
+            .map(|s| rails.share(s.steady.of(&channel.samples)));
         let fraction = clipped.fold(0.0, f64::max);
         if fraction > 0.0 {
             warnings.push(Warning::from(ClippingWarning::Clipped {

@@ -44,6 +44,7 @@ impl Shown for ScoredRecordings {
             format!("Score of {b} against {a}"),
             format!("A, the reference: {a}. B, the test: {b}."),
         )
+        .simulated(self.provenance.iter().map(|one| one.bench))
         .section("", [s.conclusion(), Block::numbers(s.numbers())])
         .section(
             "Criteria",

@@ -8,7 +8,7 @@ use super::{Spectrum, WelchConfig};
 use crate::document::Content;
 use crate::figure::Spectrograms;
 use crate::quantity::{Quantity, SampleRate};
-use crate::recording::{Channel, Recording};
+use crate::recording::{BenchKind, Channel, Recording};
 use crate::warning::{Merged, merged};
 
 /// The PSD of one channel of a file, with its frequencies and the rate of the channel, which the spectrum alone does not hold.
@@ -38,6 +38,9 @@ pub struct SpectrumDocument<'a> {
     /// The strongest line above 0 Hz: its frequency in Hz and its PSD.
     #[serde(skip)]
     pub strongest: (f64, f64),
+    /// The bench of the recording; absent where it does not state one.
+    #[serde(skip)]
+    pub bench: Option<BenchKind>,
     /// The PSD over time; absent where it was not asked for.
     #[serde(skip)]
     pub over_time: Option<Spectrograms>,
@@ -69,6 +72,7 @@ impl<'a> SpectrumDocument<'a> {
             psd: &psd.values,
             warnings: merged(recording.about.warnings.iter().chain(&psd.warnings)),
             strongest: psd.strongest(),
+            bench: recording.about.provenance.bench,
             over_time: None,
         }
     }

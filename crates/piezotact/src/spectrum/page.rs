@@ -12,6 +12,7 @@ impl Shown for SpectrumDocument<'_> {
             format!("Spectrum of {}", self.channel),
             self.file.display().to_string(),
         )
+        .simulated([self.bench])
         .section(
             "",
             [
@@ -139,6 +140,7 @@ mod tests {
             psd: &psd.values,
             warnings: Vec::new(),
             strongest: psd.strongest(),
+            bench: None,
             over_time: None,
         };
         document.page()

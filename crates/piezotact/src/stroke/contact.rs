@@ -14,6 +14,12 @@ const GUARD_S: f64 = 0.1;
 /// The share of a window's frames that lie below the baseline's first estimate.
 const BASELINE_SHARE: f64 = 0.1;
 
+/// One of two sides vibrates clearly more from this ratio on, and from the second one where the force changes by less than half of its distance
+/// from zero; each needs so many looks.
+const CLEARLY: f64 = 1.5;
+const CLEARLY_HELD: f64 = 4.0;
+const FEWEST_LOOKS: usize = 5;
+
 /// The force above its baseline, frame by frame, with what was found on the way.
 #[derive(Clone, Debug)]
 pub(super) struct Force {
@@ -89,11 +95,17 @@ fn above(frames: Frames, smooth_n: Vec<f64>, envelope: Polyline, on_n: f64) -> F
     }
 }
 
-/// The sign that makes `force_n` positive in contact: contact is where it vibrates (or, without vibration, where the
-/// force is farther from zero). Short windows at some hundred places are enough.
-pub(super) fn polarity(frames: Frames, force_n: &[f64], vibration: Option<&[f64]>) -> f64 {
+/// The sign that makes `force_n` positive in contact: contact is where the finger vibrates (or, where that does not tell, where the force is
+/// farther from zero). Where it is known in which frames the surface `moves`, those are compared first: a finger that rests in contact does
+/// not vibrate either. Short windows at some hundred places are enough.
+pub(super) fn polarity(
+    frames: Frames,
+    force_n: &[f64],
+    vibration: Option<&[f64]>,
+    moves: Option<&[bool]>,
+) -> f64 {
     let (bottom, top) = (quantile(force_n, 0.02), quantile(force_n, 0.98));
-    let far = if top.abs() < 0.5 * bottom.abs() && bottom < 0.0 {
+    let far = if top < 0.5 * bottom.abs() && bottom < 0.0 {
         -1.0
     } else {
         1.0
@@ -103,19 +115,30 @@ pub(super) fn polarity(frames: Frames, force_n: &[f64], vibration: Option<&[f64]
     };
     let width = frames.in_time(0.05);
     let step = (force_n.len() / 400).max(width);
-    let mut looks: Vec<(f64, f64)> = (0..force_n.len().saturating_sub(width))
-        .step_by(step)
-        .map(|from| {
-            let level = frames.fast_level(vibration, from, from + width, width);
-            (
-                level.iter().sum::<f64>(),
-                quantile(&force_n[from..from + width], 0.5),
-            )
-        })
-        .collect();
+    let places = (0..force_n.len().saturating_sub(width)).step_by(step);
+    let all = places.clone().map(|from| {
+        let level = frames.fast_level(vibration, from, from + width, width);
+        (
+            level.iter().sum::<f64>(),
+            quantile(&force_n[from..from + width], 0.5),
+        )
+    });
+    let mut looks: Vec<(f64, f64)> = all.collect();
+    let moved = moves.map_or_else(Vec::new, |moves| {
+        let here = |from: usize| moves.get(from + width / 2) == Some(&true);
+        let moved = places.zip(&looks).filter(|(from, _)| here(*from));
+        moved.map(|(_, look)| *look).collect()
+    });
+    // A finger that is held in contact presses and vibrates more in one direction than in the other.
+    let may_be_held = top - bottom < 0.5 * top.abs().max(bottom.abs());
+    let clearly = if may_be_held { CLEARLY_HELD } else { CLEARLY };
+    let side = |looks: &[(f64, f64)]| louder_side(looks, 0.2 * (top - bottom), clearly);
+    if let Some(sign) = side(&moved).or_else(|| side(&looks)) {
+        return sign;
+    }
     looks.sort_by(|a, b| a.0.total_cmp(&b.0));
     let share = looks.len() / 5;
-    if share < 3 {
+    if share < 3 || moves.is_some() {
         return far;
     }
     let middle =
@@ -126,6 +149,29 @@ pub(super) fn polarity(frames: Frames, force_n: &[f64], vibration: Option<&[f64]
         far
     } else {
         rise_n.signum()
+    }
+}
+
+/// The side of the middle of the force on which `looks` (the level of the vibration and the force) vibrate `clearly` times as much in their upper
+/// quartile, and not so much less in their lower one; `None` where there is no such side, or the forces of both differ by less than `least_n`.
+fn louder_side(looks: &[(f64, f64)], least_n: f64, clearly: f64) -> Option<f64> {
+    let forces: Vec<f64> = looks.iter().map(|look| look.1).collect();
+    let middle_n = 0.5 * (quantile(&forces, 0.02) + quantile(&forces, 0.98));
+    let side = |is_above: bool| {
+        let side = looks.iter().filter(|look| (look.1 > middle_n) == is_above);
+        let (levels, forces): (Vec<f64>, Vec<f64>) = side.copied().unzip();
+        let quartiles = [0.25, 0.75].map(|share| quantile(&levels, share));
+        (levels.len() >= FEWEST_LOOKS).then(|| (quartiles, quantile(&forces, 0.5)))
+    };
+    let ((high, high_n), (low, low_n)) = (side(true)?, side(false)?);
+    if high_n - low_n < least_n {
+        return None;
+    }
+    let louder = |a: [f64; 2], b: [f64; 2]| a[1] > clearly * b[1] && b[0] <= clearly * a[0];
+    match (louder(high, low), louder(low, high)) {
+        (true, _) => Some(1.0),
+        (_, true) => Some(-1.0),
+        _ => None,
     }
 }
 

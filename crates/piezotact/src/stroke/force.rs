@@ -4,6 +4,7 @@ use crate::recording::{MissingChannel, RecordingWarning, ReversedSign};
 use crate::stroke::{ForceFault, ForceWarning, StrokeWarning, Unusual};
 use serde::{Deserialize, Serialize};
 
+use super::agreement::{Limits, contradiction, usual_force_n};
 use super::contact::{Force, Polyline, above_drifting_zero, events, polarity};
 use super::criteria::{JudgedPart, StrokeCriterion};
 use super::force_warning::warnings_of_force;
@@ -16,7 +17,6 @@ use super::{
     CutBy, ForceZeros, Interval, Reason, Rejected, Rule, SegmentError, Segmentation, Signals,
     Stroke,
 };
-use crate::clipping::flat_top_fraction;
 use crate::criterion::{Criterion, Limit, Outcome};
 use crate::quantity::{Newtons, SampleRate, Seconds};
 use crate::roles::Roles;
@@ -162,6 +162,7 @@ pub fn segment_by_force(
         frames,
         frames.means(normal_n),
         signals.vibration,
+        None,
         &mut warnings,
     )?;
     let smoothing = frames.in_time(rule.smoothing_s.0);
@@ -183,6 +184,7 @@ pub fn segment_by_force(
         rule,
         frames,
         level_n: &force.level_n,
+        limits: Limits::of(signals),
         floor: signals
             .vibration
             .filter(|_| rule.judging == Judging::Sliding)
@@ -235,6 +237,10 @@ pub fn segment_by_force(
         warnings,
     };
     found.warnings.extend(found.untouched_warning());
+    let parts = (found.strokes.as_slice(), found.rejected.as_slice());
+    (found.warnings).extend(contradiction(frames, signals.vibration, parts, |reason| {
+        is_of_force(reason, rule)
+    }));
     found.warnings.extend(cutter.warnings(&friction));
     Ok(found)
 }
@@ -259,11 +265,13 @@ pub(super) fn long_strokes(strokes: &[Stroke], rate: SampleRate) -> Vec<Warning>
     strokes.iter().zip(&lengths).filter_map(warning).collect()
 }
 
-/// The force, positive in contact, and the sign by which it was multiplied; with a warning when the sign is −1.
+/// The force, positive in contact, and the sign by which it was multiplied; with a warning when the sign is −1. `moves` says of
+/// every frame whether the surface moves, where that was measured.
 pub(super) fn oriented(
     frames: Frames,
     mut force: Vec<f64>,
     vibration: Option<&[f64]>,
+    moves: Option<&[bool]>,
     warnings: &mut Vec<Warning>,
 ) -> Result<(Vec<f64>, f64), SegmentError> {
     let first = force.first().copied().unwrap_or(0.0);
@@ -274,7 +282,7 @@ pub(super) fn oriented(
             found: format!("{first} N"),
         });
     }
-    let sign = polarity(frames, &force, vibration);
+    let sign = polarity(frames, &force, vibration, moves);
     if sign < 0.0 {
         for value in &mut force {
             *value = -*value;
@@ -322,6 +330,7 @@ struct Cutter<'a> {
     rule: &'a ForceRule,
     frames: Frames,
     level_n: &'a [f64],
+    limits: Limits<'a>,
     /// The level of the vibration while nothing touches.
     floor: Option<f64>,
     tangential: Vec<Tangential<'a>>,
@@ -417,7 +426,7 @@ impl Cutter<'_> {
             }
         };
         let steady = self.samples(start, end);
-        let fraction = clipped(self.signals, steady);
+        let fraction = self.limits.clipped(steady);
         judged.require(What::ClippedShare, fraction, none, || Reason::Clipped {
             fraction,
         })?;
@@ -596,23 +605,20 @@ pub(super) fn slower_slips() -> Limit {
     }
 }
 
-/// The largest share of samples at a limit, of the vibration and the forces, 0–1.
-pub(super) fn clipped(signals: &Signals<'_>, steady: Interval) -> f64 {
-    let forces = signals
-        .normal_force_n
-        .iter()
-        .chain(&signals.tangential_force_n);
-    signals
-        .vibration
-        .iter()
-        .chain(forces)
-        .map(|channel| flat_top_fraction(steady.of(channel)))
-        .fold(0.0, f64::max)
-}
-
 fn part(values: &[f64], from: usize, to: usize) -> &[f64] {
     let to = to.min(values.len());
     &values[from.min(to)..to]
+}
+
+/// Whether a part is rejected for its force alone, and should not vibrate more than strokes. A force above the load that is stated vibrates more.
+fn is_of_force(reason: &Reason, rule: &ForceRule) -> bool {
+    match reason {
+        Reason::NoContact | Reason::TooLight { .. } => true,
+        Reason::ForceOutsideTolerance {
+            mean_n, target_n, ..
+        } => rule.load_n.is_none() || mean_n < target_n,
+        _ => false,
+    }
 }
 
 /// Rejects the strokes whose mean force is too far from the load, or without one from their median.
@@ -620,7 +626,17 @@ fn force_tolerance(cutter: &Cutter<'_>, strokes: &mut Vec<Stroke>, rejected: &mu
     let forces: Vec<f64> = strokes.iter().map(|s| cutter.mean_force_n(s)).collect();
     let target_n = match cutter.rule.load_n {
         Some(load) => load.0,
-        None => quantile(&forces, 0.5),
+        None => {
+            let parts: Vec<Interval> = strokes.iter().map(|s| s.steady).collect();
+            let vibration = cutter.signals.vibration;
+            usual_force_n(
+                cutter.frames,
+                vibration,
+                &parts,
+                &forces,
+                cutter.rule.tolerance_share,
+            )
+        }
     };
     let reach_n = cutter.rule.tolerance_share * target_n;
     let mut forces = forces.into_iter();

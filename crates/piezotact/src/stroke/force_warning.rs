@@ -92,6 +92,13 @@ pub enum ForceFault {
         "the friction coefficient is {coefficient:.2}, more than skin usually has: an adhesive surface, or the force axes are swapped"
     )]
     HighFriction { coefficient: f64 },
+    /// What is rejected for its force vibrates more than the strokes.
+    #[error(
+        "the vibration in {} that the normal force rejects is {ratio:.1} times that in the strokes that are kept: the finger may touch where the \
+            force says that it does not",
+        counted(*count, "part")
+    )]
+    VibrationContradicts { count: usize, ratio: f64 },
     /// The file of the force began again while it was followed.
     #[error(
         "{file} was emptied or replaced, or its time began again, {} while it was followed: the zero of the force may have changed",
@@ -111,6 +118,9 @@ impl ForceFault {
             Self::ZeroUnknown => "record a part with the finger lifted",
             Self::ZeroDrifts { .. } => "let the cell warm up, or zero it between trials",
             Self::HighFriction { .. } => "check which channel is the normal force",
+            Self::VibrationContradicts { .. } => {
+                "check channel, sign and zero of the normal force; cut the strokes by hand"
+            }
         }
     }
 }

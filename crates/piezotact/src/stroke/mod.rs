@@ -3,6 +3,7 @@
 //! Active touch is segmented by the normal force, passive touch by the speed of the surface; rejected parts and the reasons
 //! are part of the result. Positions are samples from the start of the recording.
 
+mod agreement;
 mod contact;
 mod criteria;
 mod cuts;

@@ -4,15 +4,16 @@ use crate::recording::{MissingChannel, Reached, RecordingWarning};
 use crate::stroke::{ForceFault, ForceWarning};
 use serde::{Deserialize, Serialize};
 
+use super::agreement::{Limits, Pass, contradiction, reject_ways_back};
 use super::contact::{Polyline, above_rest, events};
 use super::criteria::{JudgedPart, StrokeCriterion};
-use super::force::{HIGH_FRICTION, Judging, clipped, friction, oriented, slower_slips, zeros};
+use super::force::{HIGH_FRICTION, Judging, friction, oriented, slower_slips, zeros};
 use super::force_warning::warnings_of_force;
 use super::frames::{Frames, quantile, smoothed};
 use super::sliding::stick_slip_in_friction;
 use super::{
-    CutBy, Expected, ForceZeros, Interval, MotionKind, Reason, Rule, SegmentError, Segmentation,
-    Signals, Stroke,
+    CutBy, Expected, ForceZeros, Interval, MotionKind, Reason, Rejected, Rule, SegmentError,
+    Segmentation, Signals, Stroke,
 };
 use crate::criterion::Limit;
 use crate::quantity::{Newtons, SampleRate, Seconds};
@@ -71,6 +72,11 @@ const SMOOTHING_S: f64 = 0.02;
 /// A plateau this far from the speed asked for is a warning.
 const OFF_SPEED: f64 = 0.1;
 
+/// The surface moves from this share of its usual speed on.
+const MOVES: f64 = 0.5;
+/// A way back is faster than the strokes from this ratio on.
+const FASTER: f64 = 1.2;
+
 /// The strokes in `signals` by their motion: the plateaus of the speed, while the finger touches where a normal
 /// force was measured.
 ///
@@ -101,14 +107,17 @@ pub fn segment_by_speed(
         });
     }
     let mut warnings = Vec::new();
-    let held = held(signals, rule, frames, &mut warnings)?;
+    let limits = Limits::of(signals);
     // The threshold of rest follows the usual speed, not the fastest return or one wrong sample of an encoder.
     let moved: Vec<f64> = moving
         .iter()
         .copied()
         .filter(|v| *v > 0.05 * fastest)
         .collect();
-    let usual = rule.speed_m_s.unwrap_or_else(|| quantile(&moved, 0.5));
+    let measured = quantile(&moved, 0.5);
+    let moves: Vec<bool> = moving.iter().map(|v| *v > MOVES * measured).collect();
+    let held = held(signals, rule, (frames, &moves), &mut warnings)?;
+    let usual = rule.speed_m_s.unwrap_or(measured);
     let threshold = rule.rest_share * usual;
     let (mut strokes, mut rejected) = (Vec::new(), Vec::new());
     for (from, to) in events(moving.iter().copied(), threshold, threshold) {
@@ -126,7 +135,7 @@ pub fn segment_by_speed(
         let cut = found.and_then(|(a, b)| {
             let steady = samples(frames, from + a, from + b);
             let held = held.as_ref();
-            fit(signals, frames, (rule, held), steady, &mut judged).map(|()| steady)
+            fit(&limits, signals, frames, (rule, held), steady, &mut judged).map(|()| steady)
         });
         match cut {
             Err(reason) => rejected.push(judged.rejects(motion, reason)),
@@ -138,6 +147,35 @@ pub fn segment_by_speed(
             }),
         }
     }
+    if let Some(held) = &held {
+        let pass = |stroke: &Stroke| {
+            let (from, to) = (
+                stroke.steady.start / frames.size,
+                stroke.steady.end / frames.size,
+            );
+            Pass {
+                is_forward: mean(&speed[from..to]) > 0.0,
+                force_n: mean(&held.level_n[from..to]),
+            }
+        };
+        let passes: Vec<Pass> = strokes.iter().map(pass).collect();
+        let vibration = signals.vibration;
+        reject_ways_back(frames, vibration, &passes, &mut strokes, &mut rejected);
+    }
+    let usual_m_s = |part: Interval| {
+        let (from, to) = (part.start / frames.size, part.end / frames.size);
+        quantile(&moving[from..to.min(moving.len())], 0.5)
+    };
+    let speeds: Vec<f64> = strokes.iter().map(|s| usual_m_s(s.steady)).collect();
+    let fastest_m_s = FASTER * quantile(&speeds, 0.5);
+    // A motor vibrates more on a faster way back.
+    let slow = rejected
+        .iter()
+        .filter(|r| usual_m_s(r.interval) <= fastest_m_s);
+    let slow: Vec<Rejected> = slow.cloned().collect();
+    let of_force = |reason: &Reason| *reason == Reason::NoContact;
+    let parts = (strokes.as_slice(), slow.as_slice());
+    warnings.extend(contradiction(frames, signals.vibration, parts, of_force));
     let coefficient = held
         .as_ref()
         .map_or(0.0, |held| held.median_friction(signals, frames, &strokes));
@@ -231,7 +269,7 @@ impl Held {
 fn held(
     signals: &Signals<'_>,
     rule: &SpeedRule,
-    frames: Frames,
+    (frames, moves): (Frames, &[bool]),
     warnings: &mut Vec<Warning>,
 ) -> Result<Option<Held>, SegmentError> {
     let Some(normal_n) = signals.normal_force_n else {
@@ -240,7 +278,8 @@ fn held(
         }));
         return Ok(None);
     };
-    let (means, sign) = oriented(frames, frames.means(normal_n), signals.vibration, warnings)?;
+    let means = frames.means(normal_n);
+    let (means, sign) = oriented(frames, means, signals.vibration, Some(moves), warnings)?;
     let smooth_n = smoothed(&means, frames.in_time(0.01));
     let (on_n, off_n) = (rule.touch_n.0, 0.5 * rule.touch_n.0);
     let Some(force) = above_rest(frames, smooth_n.clone(), on_n) else {
@@ -357,6 +396,7 @@ fn plateau(
 
 /// Judges whether a plateau is a stroke; otherwise returns the reason.
 fn fit(
+    limits: &Limits<'_>,
     signals: &Signals<'_>,
     frames: Frames,
     (rule, held): (&SpeedRule, Option<&Held>),
@@ -403,7 +443,7 @@ fn fit(
             Reason::StickSlip { slips, rate_hz }
         })?;
     }
-    let fraction = clipped(signals, steady);
+    let fraction = limits.clipped(steady);
     judged.require(What::ClippedShare, fraction, none, || Reason::Clipped {
         fraction,
     })

@@ -219,7 +219,7 @@ impl Grouping<'_> {
                         period: self.period(&groups)?,
                     })
                 }
-                Factor::Sample | Factor::File => Trend::Samples(self.samples(&summaries)),
+                Factor::Sample | Factor::File => Trend::Samples(self.samples(&groups)),
                 Factor::Participant => Trend::Participants {
                     level_spread: across_participants(&summaries),
                 },
@@ -292,10 +292,12 @@ impl Grouping<'_> {
         Ok(across)
     }
 
-    fn samples(&self, summaries: &[&Summary]) -> SampleTrend {
-        let ra_m = |sample: &str| {
-            let mut sets = self.settings.sets.iter();
-            sets.find_map(|set| set.sample(sample))?.ra_m
+    fn samples(&self, groups: &[Group]) -> SampleTrend {
+        let summaries = &summaries(groups);
+        let ra_m = |name: &str| {
+            let group = groups.iter().find(|group| group.summary.name == name)?;
+            let known = self.known_of(&group.takes);
+            known.filter(|of| of.name.eq_ignore_ascii_case(name))?.ra_m
         };
         let (friction_on_rms, friction_change_on_rms) = friction_against_rms(summaries);
         SampleTrend {

@@ -10,7 +10,7 @@ use crate::compare::{
     CommonLine, CompareWarning, LinesOf, Mixed, Periods, Summary, common_lines, set_apart,
     summarise,
 };
-use crate::recording::{SlidingDirection, Touch};
+use crate::recording::{BenchKind, SlidingDirection, Touch};
 use crate::surface::{Duplex, SampleSet, SurfaceSample};
 use crate::warning::Warning;
 
@@ -248,8 +248,8 @@ impl Grouping<'_> {
                 None => groups.push((key, vec![*place])),
             }
         }
-        let sets = &self.settings.sets;
-        groups.sort_by(|(a, _), (b, _)| order(a, b, by, sets));
+        let known = self.all_sets();
+        groups.sort_by(|(a, _), (b, _)| order(a, b, by, &known));
         let group = |(key, places): (String, Vec<usize>)| {
             let takes: Vec<&AnalysedRecording> =
                 places.iter().map(|place| &self.takes[*place]).collect();
@@ -257,21 +257,12 @@ impl Grouping<'_> {
                 .iter()
                 .filter_map(|take| Some((take.analysis.as_ref()?, take.condition())))
                 .collect();
-            let sample = takes.first();
-            let sample = sample.and_then(|take| take.condition().sample.as_deref());
+            let first = takes.first().and_then(|take| self.known(take));
             let periods = Periods {
                 ridge_m,
-                texture_m: sample.and_then(|sample| {
-                    sets.iter().find_map(|set| set.sample(sample))?.wavelength_m
-                }),
+                texture_m: first.and_then(|sample| sample.wavelength_m),
             };
-            let known = |sample: &str| sets.iter().find_map(|set| set.sample(sample));
-            let mut of_one = takes.iter().map(|take| take.condition().sample.as_deref());
-            let one = of_one.all(|other| other == sample);
-            let duplex = sample
-                .filter(|_| one)
-                .and_then(known)
-                .and_then(SurfaceSample::duplex);
+            let duplex = self.known_of(&places).and_then(SurfaceSample::duplex);
             let mut summary = summarise(&key, &members, periods)?;
             set_apart(&mut summary, self.lines);
             Ok(Group {
@@ -282,6 +273,31 @@ impl Grouping<'_> {
             })
         };
         groups.into_iter().map(group).collect()
+    }
+
+    /// The sets that are stated, then those of the twin.
+    fn all_sets(&self) -> Vec<&SampleSet> {
+        let settings = self.settings;
+        settings.sets.iter().chain(&settings.twin_sets).collect()
+    }
+
+    /// What is known of the sample of a recording: by a set that is stated, or for a recording of the twin by the sets that it touches.
+    fn known(&self, take: &AnalysedRecording) -> Option<&SurfaceSample> {
+        let name = take.condition().sample.as_deref()?;
+        let is_twin = take.recording.about.provenance.bench == Some(BenchKind::Twin);
+        let own: &[SampleSet] = match is_twin {
+            true => &self.settings.twin_sets,
+            false => &[],
+        };
+        let mut sets = self.settings.sets.iter().chain(own);
+        sets.find_map(|set| set.sample(name))
+    }
+
+    /// What is known of the sample of recordings that have all one sample.
+    pub(super) fn known_of(&self, places: &[usize]) -> Option<&SurfaceSample> {
+        let mut all = places.iter().map(|place| self.known(&self.takes[*place]));
+        let first = all.next()??;
+        all.all(|other| other == Some(first)).then_some(first)
     }
 
     /// Every set of recordings that differ in `by` and agree in all else.
@@ -308,7 +324,7 @@ impl Grouping<'_> {
                 None => settings.push((key, vec![place])),
             }
         }
-        let sets = &self.settings.sets;
+        let sets = &self.all_sets();
         settings.sort_by(|(a, _), (b, _)| {
             order(&a.participant, &b.participant, Factor::Participant, sets)
                 .then_with(|| order(&a.sample, &b.sample, Factor::Sample, sets))
@@ -455,7 +471,7 @@ fn counterparts(a: &AnalysedRecording, b: &AnalysedRecording) -> bool {
 }
 
 /// Samples in the order of their set, all else as people count: S2 before S10, 5 mm/s before 10 mm/s.
-fn order(a: &str, b: &str, by: Factor, sets: &[SampleSet]) -> Ordering {
+fn order(a: &str, b: &str, by: Factor, sets: &[&SampleSet]) -> Ordering {
     let place = |name: &str| {
         let sets = sets.iter().enumerate();
         let mut places = sets.filter_map(|(i, set)| {

@@ -25,7 +25,7 @@ pub use table::{EVENT_NAMES, cuts_table, events_table, strokes_table};
 pub use take::{AnalysedRecording, Naming, Recorded, Stated, cut};
 
 use crate::checksum::Checksum;
-use crate::compare::{CommonLine, DirectionContrast};
+use crate::compare::{CommonLine, CompareWarning, DirectionContrast, Mixed};
 use crate::discrimination::Model;
 use crate::document::FailedFile;
 use crate::feature::{self, FeatureConfig, StrokeForces};
@@ -43,8 +43,11 @@ pub struct StudySettings {
     pub gesture: Gesture,
     /// Samples in a segment of the PSDs; lines about 5 Hz apart where it is not stated.
     pub segment: Option<usize>,
-    /// What is known of samples; the first set that has a sample counts.
+    /// What a person states of samples; the first set that has a sample counts. Samples of two laboratories may share a name, so that a set
+    /// says nothing of a recording unless it is stated for it.
     pub sets: Vec<SampleSet>,
+    /// The sets that the digital twin touches: they count for its own recordings.
+    pub twin_sets: Vec<SampleSet>,
     /// The wavelength of the finger's ridges, m.
     pub ridge_m: Option<f64>,
     pub question: Question,
@@ -160,6 +163,7 @@ pub fn analyse_watched(
     settings: &StudySettings,
     done: &mut dyn FnMut(),
 ) -> Result<StudyAnalysis, StudyError> {
+    names_alike(&mut takes);
     // Recordings that stand each by itself are no repeats of each other.
     if settings.question != Question::Groups(Some(Factor::File)) {
         no_copies(&takes)?;
@@ -216,6 +220,43 @@ pub fn analyse_watched(
         takes,
         failed: Vec::new(),
     })
+}
+
+/// Warns of samples whose names differ in capital letters, blanks or leading zeros alone: they are two samples, and may be meant as one.
+fn names_alike(takes: &mut [AnalysedRecording]) {
+    let mut known: BTreeMap<String, String> = BTreeMap::new();
+    for take in takes {
+        let Some(name) = take.condition().sample.clone() else {
+            continue;
+        };
+        let first = known
+            .entry(plain_name(&name))
+            .or_insert_with(|| name.clone());
+        if *first != name {
+            let how = Mixed::NamesAlike {
+                one: first.clone(),
+                other: name,
+            };
+            let warning = Warning::from(CompareWarning::Mixed { how });
+            take.recording.about.add_warnings([warning]);
+        }
+    }
+}
+
+/// A name in small letters, without blanks and without zeros before a number.
+fn plain_name(name: &str) -> String {
+    let mut plain = String::new();
+    let mut digits = false;
+    let mut letters = name.chars().flat_map(char::to_lowercase).peekable();
+    while let Some(letter) = letters.next() {
+        let next_is_digit = letters.peek().is_some_and(char::is_ascii_digit);
+        let leads = letter == '0' && !digits && next_is_digit;
+        if !letter.is_whitespace() && !leads {
+            digits = letter.is_ascii_digit();
+            plain.push(letter);
+        }
+    }
+    plain
 }
 
 /// Whether all strokes are different: copies of a recording would count as repeats. Other parts of one recording, chosen by cuts, are

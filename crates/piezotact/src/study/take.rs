@@ -7,7 +7,8 @@ use crate::feature::Analysis;
 use crate::quantity::Unit;
 use crate::recording::{Condition, NotUsed, Recording, RecordingWarning};
 use crate::roles::{Motion, Roles};
-use crate::stroke::{Cuts, Expected, Judging, Segmentation, segment};
+use crate::statistics::mean;
+use crate::stroke::{Cuts, Expected, Judging, MotionKind, Segmentation, Signals, segment};
 use crate::warning::{Warning, Warnings};
 
 /// A faster sliding speed is none of a finger, m/s: an arm that throws reaches about this.
@@ -211,6 +212,25 @@ impl AnalysedRecording {
     #[must_use]
     pub fn seconds(&self, sample: usize) -> f64 {
         self.recording.rate().duration_of(sample).0
+    }
+
+    /// In how many strokes the motion is positive, and in how many it is negative: the mean of the speed, or the change of the position;
+    /// `None` where no motion was measured.
+    ///
+    /// Source: the channel of motion, as it was recorded.
+    #[must_use]
+    pub fn signs_of_motion(&self) -> Option<[usize; 2]> {
+        let signals = Signals::of(&self.recording, &self.segmentation.roles).ok()?;
+        let (motion, kind) = signals.motion?;
+        let positive = self.segmentation.strokes.iter().filter(|stroke| {
+            let part = stroke.steady.of(motion);
+            match (kind, part) {
+                (MotionKind::Position, [first, .., last]) => last > first,
+                _ => mean(part) > 0.0,
+            }
+        });
+        let positive = positive.count();
+        Some([positive, self.segmentation.strokes.len() - positive])
     }
 
     /// The speed that counts, m/s: the one stated, or else the one that was measured.

@@ -134,6 +134,7 @@ fn analysed(take: AnalysedRecording) -> Option<AnalysedRecording> {
         gesture: Gesture::Usual,
         segment: None,
         sets: Vec::new(),
+        twin_sets: Vec::new(),
         ridge_m: None,
         question: Question::Groups(Some(Factor::File)),
         breadth: Breadth::Question,

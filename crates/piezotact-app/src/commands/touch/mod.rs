@@ -15,7 +15,6 @@ use piezotact::study::{
     self, AnalysedRecording, Breadth, Factor, Gesture, Question, Recorded, Stated, StudyAnalysis,
     StudyError, StudySettings,
 };
-use piezotact::surface::SampleSet;
 use piezotact_dataset::reads::is_there;
 use piezotact_dataset::{
     cuts_path, known_naming, known_sample_sets, read_cuts_of, read_sample_set,
@@ -179,7 +178,10 @@ fn settings(computing: &Computing, question: Question) -> Outcome<StudySettings>
             None => Gesture::Usual,
         },
         segment: computing.segment,
-        sets: sample_sets(computing)?,
+        sets: (computing.set.iter())
+            .map(|set| read_sample_set(set))
+            .collect::<Result<_, _>>()?,
+        twin_sets: known_sample_sets()?,
         ridge_m: ridge_m(computing.ridge.as_ref())?,
         question,
         breadth: match computing.outputs.report {
@@ -244,16 +246,6 @@ fn failed(error: StudyError) -> Failure {
         }
         other => other.into(),
     }
-}
-
-/// The sample sets: those of the program, and the one stated.
-fn sample_sets(computing: &Computing) -> Outcome<Vec<SampleSet>> {
-    let mut sets = known_sample_sets()?;
-    if let Some(path) = &computing.set {
-        // A laboratory's own set goes before ours where both name a sample.
-        sets.insert(0, read_sample_set(path)?);
-    }
-    Ok(sets)
 }
 
 /// The wavelength of the finger's ridges, m.

@@ -1,6 +1,6 @@
 //! The report on cuts: where strokes lie, and what was rejected.
 
-use super::{ended, person, signals};
+use super::{ended, person, signals, signs};
 use crate::criterion::Criterion;
 use crate::document::FailedFile;
 use crate::number::counted;
@@ -30,7 +30,7 @@ pub(super) fn page(takes: &[AnalysedRecording], failed: &[FailedFile]) -> Page {
     let warnings = warnings_of(takes, &[]);
     let page = Page::new("Strokes", counted(takes.len(), "recording"))
         .rows(cuts_table(takes))
-        .section("", concluded)
+        .section("", concluded.chain([Block::numbers(signs(takes))]))
         .section("Signals and cuts", signals(takes, SHOWN))
         .section("Strokes and rejected parts", [Block::from(parts(takes))]);
     let page = match rejected.is_empty() {

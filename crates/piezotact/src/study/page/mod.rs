@@ -99,13 +99,16 @@ impl StudyAnalysis {
         let mut blocks: Vec<Block> = conclusions
             .map(|text| Block::conclusion(text, None))
             .collect();
-        blocks.push(Block::numbers([
+        let numbers = [
             Number::new(counted(self.takes.len(), "recording"), "analysed"),
             Number::new(
                 counted(self.strokes(), "stroke"),
                 format!("in {}", counted(self.groups.len(), "group")),
             ),
-        ]));
+        ];
+        blocks.push(Block::numbers(
+            numbers.into_iter().chain(signs(&self.takes)),
+        ));
         blocks
     }
 
@@ -356,6 +359,37 @@ impl StudyAnalysis {
     }
 }
 
+/// The signs of the normal force in contact and of the motion in strokes; of what was measured.
+fn signs(takes: &[AnalysedRecording]) -> impl Iterator<Item = Number> {
+    let zeros = takes.iter();
+    let zeros = zeros.filter_map(|take| take.segmentation.force_zeros.as_ref());
+    let signs: Vec<f64> = zeros.map(|zeros| zeros.sign).collect();
+    let negative = signs.iter().filter(|sign| **sign < 0.0).count();
+    let force = (!signs.is_empty()).then(|| {
+        let of = both_signs(signs.len() - negative, negative, "recording");
+        Number::new(of, "sign of the normal force in contact")
+    });
+    let motions = takes.iter().filter_map(AnalysedRecording::signs_of_motion);
+    let motion = motions.reduce(|a, b| [a[0] + b[0], a[1] + b[1]]);
+    let motion = motion.map(|[positive, negative]| {
+        let of = both_signs(positive, negative, "stroke");
+        Number::new(of, "sign of the motion")
+    });
+    force.into_iter().chain(motion)
+}
+
+/// How many of `what` have which sign.
+fn both_signs(positive: usize, negative: usize, what: &str) -> String {
+    match (positive, negative) {
+        (_, 0) => "positive".into(),
+        (0, _) => "negative".into(),
+        _ => format!(
+            "positive in {}, negative in {negative}",
+            counted(positive, what)
+        ),
+    }
+}
+
 /// The names of the groups of all comparisons, in their order: first those of the one with most.
 fn names_of(comparisons: &[Comparison]) -> Vec<String> {
     let mut longest: Vec<&Comparison> = comparisons.iter().collect();
@@ -431,8 +465,10 @@ fn signals(takes: &[AnalysedRecording], most: usize) -> Vec<Block> {
     blocks
 }
 
-/// `page` with the files that failed, and how it was done.
+/// `page` with what is simulated, the files that failed, and how it was done.
 fn ended(page: Page, takes: &[AnalysedRecording], failed: &[FailedFile]) -> Page {
+    let benches = takes.iter();
+    let page = page.simulated(benches.map(|take| take.recording.about.provenance.bench));
     let failed = failed.iter().map(|file| Block::text(file.why.as_str()));
     let failed: Vec<Block> = failed.collect();
     let page = match failed.is_empty() {
