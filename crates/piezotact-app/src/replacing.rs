@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use piezotact::invocation::{Invocation, Setting};
+use piezotact_dataset::sidecar::read_rendering;
 use piezotact_dataset::{check_place, keep_as_it_is};
 
 use crate::arguments::{Arguments, OUTPUTS, OutputPath, output_of};
@@ -166,7 +167,9 @@ impl Writing {
         // The journal of an interrupted recording is kept by the next one.
         let is_journal = beside.ends_with(".part");
         let runs = |file: &Path| with(file, ".runs").is_dir();
-        let is_of_loop = runs(path) || beside_sidecar(path).is_some_and(|file| runs(&file));
+        // A drive that was corrected on a bench is none that is rendered without one.
+        let is_of_loop = self.command != "render"
+            && (runs(path) || beside_sidecar(path).is_some_and(|file| runs(&file)));
         let is_measured_in =
             self.command == "prepare" && path.extension() == Some(OsStr::new("parquet"));
         // A drive that is corrected on a bench.
@@ -220,6 +223,9 @@ impl Writing {
         let Some((output, _)) = self.output_beside(path) else {
             return false;
         };
+        if self.command == "render" && output.setting == "out" && is_open_rendering(path) {
+            return true;
+        }
         // Reports and documents say themselves which command wrote them, and where else it wrote.
         let mut places: Vec<PathBuf> = vec![path.to_owned()];
         places.extend(self.outputs.iter().map(|output| output.path.clone()));
@@ -290,6 +296,12 @@ fn made_at(path: &Path) -> Option<Invocation> {
     }
     let text = std::fs::read_to_string(path).ok()?;
     Made::of(&text).map(|made| made.invocation)
+}
+
+/// Whether `path` is a drive that was rendered, or its sidecar, as that says. A drive that was corrected on a bench is a measurement.
+fn is_open_rendering(path: &Path) -> bool {
+    let drive = beside_sidecar(path).unwrap_or_else(|| path.to_owned());
+    read_rendering(&drive).is_some_and(|made| made.aim.is_none())
 }
 
 /// The file whose sidecar `path` is.

@@ -665,3 +665,31 @@ fn figures_are_pdf_and_png_in_the_full_build() {
         }
     }
 }
+
+/// A Makefile renders again: a drive whose sidecar says that it was rendered is replaced; one that was changed, and one that was corrected on
+/// a bench, are not.
+#[test]
+fn a_drive_is_rendered_again_under_its_name() {
+    let folder = with_bench();
+    let render = "render texture.wav --transfer tf.json --scale 2m/s2 --out d.wav";
+    run(&folder, &format!("{render} --level=-20")).expect_success();
+    let first = std::fs::read(folder.path("d.wav")).unwrap();
+    run(&folder, &format!("{render} --level=-21")).expect_success();
+    let second = std::fs::read(folder.path("d.wav")).unwrap();
+    assert_ne!(first, second);
+    let mut changed = second.clone();
+    let last = changed.len() - 2;
+    changed[last] ^= 1;
+    folder.write("d.wav", changed.as_slice());
+    let refused = run(&folder, &format!("{render} --level=-22"));
+    refused.expect_failure(2, &["d.wav already exists", "--force"]);
+    let corrected = "render texture.wav --transfer tf.json --scale 2m/s2 --level=-20 --out c.wav";
+    run(
+        &folder,
+        &format!("{corrected} --mode texture --iterations 1 --bench fake:good.toml"),
+    )
+    .expect_success();
+    let measured = std::fs::read(folder.path("c.wav")).unwrap();
+    run(&folder, corrected).expect_failure(2, &["c.wav", "already exists", "--force"]);
+    assert_eq!(std::fs::read(folder.path("c.wav")).unwrap(), measured);
+}

@@ -103,6 +103,15 @@ pub fn read_sidecar(path: &Path) -> Result<Option<Sidecar>, ReadError> {
     Ok(read_with_samples(path)?.map(|read| read.sidecar))
 }
 
+/// How the drive in the WAV file `path` was rendered; `None` where no sidecar says it, or one that was written for other samples.
+#[must_use]
+pub fn read_rendering(path: &Path) -> Option<Rendering> {
+    let read = read_with_samples(path).ok().flatten()?;
+    let found = crate::wav::fingerprint(path, &crate::reads::read(path).ok()?).ok()?;
+    let is_of_these = read.of_samples.samples.as_ref() == Some(&found);
+    read.sidecar.rendering.filter(|_| is_of_these)
+}
+
 /// A sidecar as it was read.
 pub(crate) struct Read {
     pub(crate) sidecar: Sidecar,

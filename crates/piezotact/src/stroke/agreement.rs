@@ -4,7 +4,7 @@ use super::criteria::{JudgedPart, StrokeCriterion};
 use super::force_warning::{ForceFault, ForceWarning};
 use super::frames::{Frames, quantile};
 use super::sliding::vibration_level;
-use super::{Interval, Reason, Rejected, Signals, Stroke};
+use super::{ForceRule, Interval, Reason, Rejected, Signals, Stroke};
 use crate::clipping::Rails;
 use crate::criterion::Limit;
 use crate::warning::Warning;
@@ -60,6 +60,17 @@ pub(super) fn contradiction(
         };
         Warning::from(ForceWarning::Doubtful { fault })
     })
+}
+
+/// Whether a part is rejected for its force alone, and should not vibrate more than strokes. A force above the load that is stated vibrates more.
+pub(super) fn is_of_force(reason: &Reason, rule: &ForceRule) -> bool {
+    match reason {
+        Reason::NoContact | Reason::TooLight { .. } => true,
+        Reason::ForceOutsideTolerance {
+            mean_n, target_n, ..
+        } => rule.load_n.is_none() || mean_n < target_n,
+        _ => false,
+    }
 }
 
 /// The usual force of candidate strokes, N: the median of `forces_n`, or, where those that are heavier by more than `tolerance_share` vibrate

@@ -1,6 +1,9 @@
 //! Contact detection: the normal force above its own baseline, with hysteresis.
 
-use super::frames::{Frames, quantile};
+use super::force_warning::{ForceFault, ForceWarning};
+use super::frames::{Frames, quantile, smoothed};
+use crate::statistics::standard_deviation;
+use crate::warning::Warning;
 
 /// The largest drift of a force cell's zero, N/s: a strain gauge moves 1 mN a minute, a charge amplifier some
 /// 50 mN in 20 s, a bad one more. The middle of a contact of 4 s thus lifts the first baseline by 40 mN.
@@ -14,6 +17,9 @@ const GUARD_S: f64 = 0.1;
 /// The share of a window's frames that lie below the baseline's first estimate.
 const BASELINE_SHARE: f64 = 0.1;
 
+/// A force that fluctuates by this share of the contact threshold where it is quietest is smoothed over this time, s.
+const NOISY: f64 = 0.25;
+pub(super) const HUM_SMOOTHING_S: f64 = 0.04;
 /// One of two sides vibrates clearly more from this ratio on, and from the second one where the force changes by less than half of its distance
 /// from zero; each needs so many looks.
 const CLEARLY: f64 = 1.5;
@@ -46,6 +52,31 @@ impl Force {
         });
         Polyline(points.collect())
     }
+}
+
+/// `means_n` of a force, smoothed over `smoothing_s`; over 40 ms, two periods of the mains, where it fluctuates by more than a quarter of `on_n` in
+/// its quietest tenth, with a warning: what nobody touches would look like contacts.
+pub(super) fn quiet(
+    frames: Frames,
+    means_n: &[f64],
+    (smoothing_s, on_n): (f64, f64),
+    warnings: &mut Vec<Warning>,
+) -> Vec<f64> {
+    let smooth_n = smoothed(means_n, frames.in_time(smoothing_s));
+    let windows = smooth_n.chunks_exact(frames.in_time(0.1));
+    let each: Vec<f64> = windows.map(standard_deviation).collect();
+    let noise_n = quantile(&each, 0.1);
+    if noise_n <= NOISY * on_n || smoothing_s >= HUM_SMOOTHING_S {
+        return smooth_n;
+    }
+    warnings.push(Warning::from(ForceWarning::Doubtful {
+        fault: ForceFault::Fluctuates {
+            noise_n,
+            threshold_n: on_n,
+            smoothing_ms: 1e3 * HUM_SMOOTHING_S,
+        },
+    }));
+    smoothed(means_n, frames.in_time(HUM_SMOOTHING_S))
 }
 
 /// The smoothed force above a baseline that follows the cell's drift: first the lower envelope of the force that

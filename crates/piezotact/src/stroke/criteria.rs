@@ -22,6 +22,8 @@ pub enum StrokeCriterion {
     SlipRate,
     /// Parts in which the finger slides.
     SlidingParts,
+    /// The share of the time in which the speed is outside of its tolerance, 0–1.
+    UnsteadyShare,
     /// The number of reversals of the finger's direction.
     Turns,
     /// The share of samples at a limit, 0–1.
@@ -49,6 +51,7 @@ impl StrokeCriterion {
             Self::EndsOutside
             | Self::Gaps
             | Self::SlidingParts
+            | Self::UnsteadyShare
             | Self::Turns
             | Self::ClippedShare
             | Self::VibrationShare
@@ -66,6 +69,7 @@ impl fmt::Display for StrokeCriterion {
             Self::Gaps => "losses of contact",
             Self::SlipRate => "slip rate",
             Self::SlidingParts => "sliding parts",
+            Self::UnsteadyShare => "share of time outside of the speed's tolerance",
             Self::Turns => "reversals of direction",
             Self::ClippedShare => "share of samples at a limit",
             Self::VibrationShare => "vibration relative to a typical stroke",

@@ -4,14 +4,17 @@ use crate::recording::{MissingChannel, RecordingWarning, ReversedSign};
 use crate::stroke::{ForceFault, ForceWarning, StrokeWarning, Unusual};
 use serde::{Deserialize, Serialize};
 
-use super::agreement::{Limits, contradiction, usual_force_n};
-use super::contact::{Force, Polyline, above_drifting_zero, events, polarity};
+use super::agreement::{Limits, contradiction, is_of_force, usual_force_n};
+use super::contact::{
+    Force, HUM_SMOOTHING_S, Polyline, above_drifting_zero, events, polarity, quiet,
+};
 use super::criteria::{JudgedPart, StrokeCriterion};
 use super::force_warning::warnings_of_force;
 use super::frames::{Frames, quantile, smoothed};
 use super::sliding::{
-    SLIP_RATE_HZ, floor, friction_level, sliding_by_friction, sliding_parts,
-    stick_slip_in_friction, stick_slip_in_vibration, vibration_level,
+    ABOVE_FLOOR, CLEARLY_ABOVE_FLOOR, ForceNoise, floor, friction_level, loudness,
+    sliding_by_friction, sliding_parts, slower_slips, stick_slip_in_friction,
+    stick_slip_in_vibration, vibration_level,
 };
 use super::{
     CutBy, ForceZeros, Interval, Reason, Rejected, Rule, SegmentError, Segmentation, Signals,
@@ -165,8 +168,9 @@ pub fn segment_by_force(
         None,
         &mut warnings,
     )?;
-    let smoothing = frames.in_time(rule.smoothing_s.0);
-    let force = above_drifting_zero(frames, smoothed(&force, smoothing), rule.on_n.0);
+    let smoothing = (rule.smoothing_s.0, rule.on_n.0);
+    let smooth_n = quiet(frames, &force, smoothing, &mut warnings);
+    let force = above_drifting_zero(frames, smooth_n, rule.on_n.0);
     warnings.extend(warnings_of_force(normal_n, &force, rule.on_n.0));
 
     let touches = events(force.level_n.iter().copied(), rule.on_n.0, rule.off_n.0);
@@ -189,6 +193,12 @@ pub fn segment_by_force(
             .vibration
             .filter(|_| rule.judging == Judging::Sliding)
             .and_then(|vibration| floor(frames, vibration, &force.lifts)),
+        noise: ForceNoise::of(
+            frames,
+            (&force.level_n, normal_n),
+            &signals.tangential_force_n,
+            &force.lifts,
+        ),
         tangential,
         usual_friction: 0.0,
     };
@@ -200,6 +210,17 @@ pub fn segment_by_force(
             .map(|ratio| friction_level(&ratio))
             .collect();
         cutter.usual_friction = quantile(&levels, 0.5);
+    }
+    if rule.judging == Judging::Sliding {
+        let each = contacts.iter().filter_map(|one| {
+            let (ratio, level_n) = (
+                cutter.friction(one.from, one.to)?,
+                &cutter.level_n[one.from..one.to],
+            );
+            Some(cutter.noise.least_slip(&ratio, level_n))
+        });
+        let least_slip = quantile(&each.collect::<Vec<_>>(), 0.5);
+        warnings.extend(cutter.noise.warning(least_slip));
     }
     let (mut strokes, mut rejected) = (Vec::new(), Vec::new());
     let mut friction = Vec::new();
@@ -216,6 +237,18 @@ pub fn segment_by_force(
             Err(reason) => {
                 rejected.push(judged.rejects(cutter.samples(contact.from, contact.to), reason));
             }
+        }
+    }
+    // Where most contacts do not show sliding, it is the vibration that shows nothing.
+    let still = |one: &&mut Rejected| one.reason == Reason::NoSliding;
+    if 2 * rejected.iter_mut().filter(still).count() > contacts.len() {
+        for one in rejected.iter_mut().filter(still) {
+            let (from, to) = (
+                one.interval.start / frames.size,
+                one.interval.end / frames.size,
+            );
+            let unclear = cutter.unclear(from, to, ABOVE_FLOOR);
+            one.reason = unclear.unwrap_or(Reason::NoSliding);
         }
     }
     cutter.reject_quiet(&mut strokes, &mut rejected);
@@ -334,6 +367,7 @@ struct Cutter<'a> {
     /// The level of the vibration while nothing touches.
     floor: Option<f64>,
     tangential: Vec<Tangential<'a>>,
+    noise: ForceNoise,
     /// The median level of friction of the contacts, where sliding is judged by it; else 0.
     usual_friction: f64,
 }
@@ -414,7 +448,8 @@ impl Cutter<'_> {
                 if count > 1 {
                     let one = Limit::at_most(1.0);
                     judged.require(What::SlidingParts, count as f64, one, || {
-                        Reason::Interrupted { parts: count }
+                        let unclear = self.unclear(from, to, CLEARLY_ABOVE_FLOOR);
+                        unclear.unwrap_or(Reason::Interrupted { parts: count })
                     })?;
                 }
                 let (slide_from, slide_to) = (from + parts[0].0, from + parts[0].1);
@@ -439,9 +474,23 @@ impl Cutter<'_> {
         Ok((stroke, friction.map(|ratio| quantile(&ratio, 0.5))))
     }
 
+    /// That the vibration in the frames `from`…`to` of a contact is less than `clear` times that without contact, so that it does not show
+    /// where the finger slides; `None` where it is more, or was not measured.
+    fn unclear(&self, from: usize, to: usize, clear: f64) -> Option<Reason> {
+        let (vibration, floor) = (self.signals.vibration?, self.floor?);
+        let level = vibration_level(self.frames, vibration, from, to);
+        let (ratio, needed) = (loudness(&level) / floor, ABOVE_FLOOR);
+        (ratio < clear).then_some(Reason::SlidingUnclear { ratio, needed })
+    }
+
     fn stick_slip(&self, friction: Option<&[f64]>, from: usize, to: usize) -> Option<(usize, f64)> {
         match (friction, self.signals.vibration) {
-            (Some(friction), _) => stick_slip_in_friction(self.frames, friction),
+            (Some(friction), _) => {
+                let noise = self
+                    .noise
+                    .of_friction(friction, part(self.level_n, from, to));
+                stick_slip_in_friction(self.frames, friction, noise)
+            }
             (None, Some(vibration)) => {
                 let level = vibration_level(self.frames, vibration, from, to);
                 stick_slip_in_vibration(self.frames, &level)
@@ -475,7 +524,9 @@ impl Cutter<'_> {
     /// Whether the friction points both ways within the frames `from`…`to`, each for a tenth of the time.
     fn turns_back(&self, from: usize, to: usize) -> bool {
         self.tangential.iter().any(|axis| {
-            let mut values = self.frames.means_of(axis.samples, from, to);
+            let values = self.frames.means_of(axis.samples, from, to);
+            // Hum points both ways, and a finger that turns takes longer.
+            let mut values = smoothed(&values, self.frames.in_time(HUM_SMOOTHING_S));
             axis.zero.take_from(&mut values, from);
             let half = 0.5 * quantile(&values.iter().map(|v| v.abs()).collect::<Vec<_>>(), 0.5);
             // A force axis across the stroke fluctuates around zero.
@@ -597,28 +648,9 @@ pub(super) fn friction<'a>(
     Some(ratio)
 }
 
-/// Slips that follow each other so slowly are no stick-slip.
-pub(super) fn slower_slips() -> Limit {
-    Limit::AtMost {
-        met: SLIP_RATE_HZ.next_down(),
-        not_met: SLIP_RATE_HZ.next_down(),
-    }
-}
-
 fn part(values: &[f64], from: usize, to: usize) -> &[f64] {
     let to = to.min(values.len());
     &values[from.min(to)..to]
-}
-
-/// Whether a part is rejected for its force alone, and should not vibrate more than strokes. A force above the load that is stated vibrates more.
-fn is_of_force(reason: &Reason, rule: &ForceRule) -> bool {
-    match reason {
-        Reason::NoContact | Reason::TooLight { .. } => true,
-        Reason::ForceOutsideTolerance {
-            mean_n, target_n, ..
-        } => rule.load_n.is_none() || mean_n < target_n,
-        _ => false,
-    }
 }
 
 /// Rejects the strokes whose mean force is too far from the load, or without one from their median.

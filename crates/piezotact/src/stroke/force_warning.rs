@@ -99,6 +99,23 @@ pub enum ForceFault {
         counted(*count, "part")
     )]
     VibrationContradicts { count: usize, ratio: f64 },
+    /// The normal force fluctuates where nothing touches, as much as a light touch.
+    #[error(
+        "the normal force fluctuates by {noise_n:.3} N rms where it is quietest, and a contact needs {threshold_n} N: noise or hum of its cell; it \
+            is smoothed over {smoothing_ms:.0} ms to find contacts",
+        threshold_n = rounded(*threshold_n)
+    )]
+    Fluctuates {
+        noise_n: f64,
+        threshold_n: f64,
+        smoothing_ms: f64,
+    },
+    /// The forces fluctuate without contact, and hide slips.
+    #[error(
+        "the forces fluctuate by {noise_n:.3} N rms without contact: slips by less than {:.0} % of the friction are not seen, and 20 % make stick-slip",
+        100.0 * least_slip
+    )]
+    SlipsHidden { noise_n: f64, least_slip: f64 },
     /// The file of the force began again while it was followed.
     #[error(
         "{file} was emptied or replaced, or its time began again, {} while it was followed: the zero of the force may have changed",
@@ -118,6 +135,9 @@ impl ForceFault {
             Self::ZeroUnknown => "record a part with the finger lifted",
             Self::ZeroDrifts { .. } => "let the cell warm up, or zero it between trials",
             Self::HighFriction { .. } => "check which channel is the normal force",
+            Self::Fluctuates { .. } | Self::SlipsHidden { .. } => {
+                "shield the cable of the cell, or filter the forces before they are sampled"
+            }
             Self::VibrationContradicts { .. } => {
                 "check channel, sign and zero of the normal force; cut the strokes by hand"
             }

@@ -241,10 +241,26 @@ pub enum Reason {
         /// How many parts slide.
         parts: usize,
     },
+    /// The speed varies too much for a plateau, although the surface does not stop.
+    UnsteadySpeed {
+        /// The standard deviation of the speed, as a share of the plateau's.
+        deviation_share: f64,
+        /// How far from the plateau's speed it may be, as a share of it.
+        tolerance_share: f64,
+        /// The share of the time in which it is farther, 0–1.
+        outside: f64,
+    },
     /// The finger reverses its direction without a lift.
     Reversed,
     /// The finger touches and does not slide.
     NoSliding,
+    /// The vibration in contact does not stand clearly above that without contact, so that it does not show where the finger slides.
+    SlidingUnclear {
+        /// The vibration in contact, as a multiple of that without contact.
+        ratio: f64,
+        /// The multiple that sliding needs.
+        needed: f64,
+    },
     /// The surface moves and nothing touches it.
     NoContact,
     /// The contact begins before the recording or outlasts it.
@@ -268,8 +284,10 @@ impl Reason {
             Self::Clipped { .. } => "clipped",
             Self::DiscontinuousContact { .. } => "discontinuous_contact",
             Self::Interrupted { .. } => "interrupted",
+            Self::UnsteadySpeed { .. } => "unsteady_speed",
             Self::Reversed => "reversed",
             Self::NoSliding => "no_sliding",
+            Self::SlidingUnclear { .. } => "sliding_unclear",
             Self::NoContact => "no_contact",
             Self::CutByRecording => "cut_by_recording",
             Self::ByPerson { .. } => "by_person",
@@ -287,8 +305,10 @@ impl Reason {
             Self::Clipped { .. } => "clipped",
             Self::DiscontinuousContact { .. } => "discontinuous contact",
             Self::Interrupted { .. } => "interrupted sliding",
+            Self::UnsteadySpeed { .. } => "unsteady speed",
             Self::Reversed => "reversed direction",
             Self::NoSliding => "no sliding",
+            Self::SlidingUnclear { .. } => "sliding unclear",
             Self::NoContact => "no contact",
             Self::CutByRecording => "cut by the recording's end",
             Self::ByPerson { .. } => "excluded by hand",
@@ -324,6 +344,22 @@ impl std::fmt::Display for Reason {
             }
             Self::DiscontinuousContact { gaps } => write!(f, " ({gaps} losses of contact)"),
             Self::Interrupted { parts } => write!(f, " ({parts} sliding parts in one contact)"),
+            Self::UnsteadySpeed {
+                deviation_share,
+                tolerance_share,
+                outside,
+            } => write!(
+                f,
+                " (standard deviation {:.1} %; outside of ±{:.0} % for {:.0} % of the time, {:.0} % allowed)",
+                deviation_share * 100.0,
+                tolerance_share * 100.0,
+                outside * 100.0,
+                speed::MOST_OUTSIDE * 100.0
+            ),
+            Self::SlidingUnclear { ratio, needed } => write!(
+                f,
+                " (the vibration is {ratio:.1} times that without contact, and {needed} times is needed)"
+            ),
             Self::ByPerson { note } if !note.is_empty() => write!(f, ": {note}"),
             Self::Reversed
             | Self::NoSliding

@@ -1,11 +1,17 @@
 //! Detection of sliding and of stick-slip of a finger in contact.
 
+use super::force_warning::{ForceFault, ForceWarning};
 use super::frames::{Frames, quantile, smoothed};
+use crate::criterion::Limit;
+use crate::statistics::{rms, standard_deviation};
+use crate::warning::Warning;
 
 /// The window of the short-time level of the vibration, s.
 const LEVEL_WINDOW_S: f64 = 0.02;
 /// Sliding vibrates this many times louder than a finger in the air.
-const ABOVE_FLOOR: f64 = 4.0;
+pub(super) const ABOVE_FLOOR: f64 = 4.0;
+/// Contacts whose vibration stands less than this many times above that without contact cross the limit of sliding by chance.
+pub(super) const CLEARLY_ABOVE_FLOOR: f64 = 1.5 * ABOVE_FLOOR;
 /// Sliding vibrates at least at this share of the contact's own level.
 const OF_LEVEL: f64 = 0.1;
 /// Pauses shorter than this do not interrupt sliding, s.
@@ -14,14 +20,20 @@ const LONGEST_GAP_S: f64 = 0.08;
 const SHORTEST_RUN_S: f64 = 0.1;
 /// Within a slip the friction falls by this share of its level …
 const SLIP_DROP: f64 = 0.2;
+/// … and by this many times the rms of what the noise of the forces changes it …
+const ABOVE_NOISE: f64 = 4.0;
 /// … within this time, s.
 const SLIP_TIME_S: f64 = 0.016;
+/// Friction is smoothed over this time before slips are looked for, s.
+const SLIP_SMOOTHING_S: f64 = 0.006;
+/// The noise of the friction is that at this quantile of the normal force.
+const LIGHTEST: f64 = 0.1;
 /// With a friction coefficient below this, slips are not looked for.
 const LEAST_FRICTION: f64 = 0.1;
 /// The least number of slips for stick-slip …
 const SLIPS: usize = 3;
 /// … when they follow each other at this rate or faster, Hz.
-pub(super) const SLIP_RATE_HZ: f64 = 1.5;
+const SLIP_RATE_HZ: f64 = 1.5;
 
 /// The short-time level of a vibration in the frames `from`…`to`, which a gesture does not reach.
 pub(super) fn vibration_level(
@@ -46,9 +58,13 @@ pub(super) fn floor(frames: Frames, vibration: &[f64], lifts: &[(usize, usize)])
 
 /// The parts of a contact in which the vibration says that the finger slides, in frames of the contact.
 pub(super) fn sliding_parts(frames: Frames, level: &[f64], floor: f64) -> Vec<(usize, usize)> {
-    let loud = quantile(level, 0.75);
-    let threshold = (ABOVE_FLOOR * floor).max(OF_LEVEL * loud);
+    let threshold = (ABOVE_FLOOR * floor).max(OF_LEVEL * loudness(level));
     runs(frames, level, threshold)
+}
+
+/// The level of the vibration in a contact: its upper quartile.
+pub(super) fn loudness(level: &[f64]) -> f64 {
+    quantile(level, 0.75)
 }
 
 /// The parts of a contact in which the friction says that the finger slides: half of what is `usual` in the
@@ -106,20 +122,25 @@ fn runs(frames: Frames, values: &[f64], threshold: f64) -> Vec<(usize, usize)> {
 /// Slips in a stretch of friction (tangential over normal force, frame by frame): how many, and how many a
 /// second; `None` unless they make stick-slip.
 ///
-/// A slip is a fall of the friction by a fifth of its level within 16 ms: a hand cannot do that, and a cell's
-/// noise, smoothed over 6 ms, does not.
-pub(super) fn stick_slip_in_friction(frames: Frames, ratio: &[f64]) -> Option<(usize, f64)> {
+/// A slip is a fall of the friction by a fifth of its level within 16 ms, which a hand cannot do, and by more than the `noise` of the forces
+/// makes of it in that time: the rms of the change, smoothed over 6 ms.
+pub(super) fn stick_slip_in_friction(
+    frames: Frames,
+    ratio: &[f64],
+    noise: f64,
+) -> Option<(usize, f64)> {
     let level = quantile(ratio, 0.5);
     // Next to no friction is a finger at rest, or noise.
     if level < LEAST_FRICTION {
         return None;
     }
-    let smooth = smoothed(ratio, frames.in_time(0.006));
+    let smooth = smoothed(ratio, frames.in_time(SLIP_SMOOTHING_S));
     let reach = frames.in_time(SLIP_TIME_S);
+    let drop = (SLIP_DROP * level).max(ABOVE_NOISE * noise);
     let mut slips = 0;
     let mut i = reach;
     while i < smooth.len() {
-        if smooth[i - reach] - smooth[i] > SLIP_DROP * level {
+        if smooth[i - reach] - smooth[i] > drop {
             slips += 1;
             i += 2 * reach;
         } else {
@@ -127,6 +148,96 @@ pub(super) fn stick_slip_in_friction(frames: Frames, ratio: &[f64]) -> Option<(u
         }
     }
     enough(frames, slips, ratio.len())
+}
+
+/// What forces change without contact, as the noise of their sensors.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct ForceNoise {
+    /// The rms of the samples of the noisiest axis, N.
+    pub(super) rms_n: f64,
+    /// The rms of the change within the time of a slip, smoothed as friction is: of the normal force, N.
+    normal_n: f64,
+    /// That of all tangential forces together, N.
+    tangential_n: f64,
+}
+
+impl ForceNoise {
+    /// The noise in the `lifts`: the median over them, as some may hold light touches; 0 without lifts. `level_n` is the normal force above its
+    /// zero frame by frame, `normal_n` its samples.
+    pub(super) fn of(
+        frames: Frames,
+        (level_n, normal_n): (&[f64], &[f64]),
+        tangential_n: &[&[f64]],
+        lifts: &[(usize, usize)],
+    ) -> Self {
+        // The middle 200 ms of a lift are enough.
+        let reach = frames.in_time(0.1);
+        let over_lifts = |of: &dyn Fn(usize, usize) -> f64| {
+            let each = lifts.iter().map(|(from, to)| {
+                let middle = (from + to) / 2;
+                of(
+                    (*from).max(middle.saturating_sub(reach)),
+                    (*to).min(middle + reach),
+                )
+            });
+            quantile(&each.collect::<Vec<_>>(), 0.5)
+        };
+        let axes = tangential_n.iter();
+        let squares = axes.map(|axis| {
+            over_lifts(&|from, to| change(frames, &frames.means_of(axis, from, to))).powi(2)
+        });
+        let size = frames.size;
+        let all = tangential_n.iter().chain([&normal_n]);
+        let rms = all.map(|axis| {
+            over_lifts(&|from, to| {
+                standard_deviation(&axis[from * size..(to * size).min(axis.len())])
+            })
+        });
+        Self {
+            rms_n: rms.fold(0.0, f64::max),
+            normal_n: over_lifts(&|from, to| change(frames, &level_n[from..to])),
+            tangential_n: squares.sum::<f64>().sqrt(),
+        }
+    }
+
+    /// The rms of what it changes a friction of `ratio` under a normal force of `level_n` within the time of a slip.
+    ///
+    /// Formula: δµ² = (δt² + µ²·δn²)/n², n where the finger presses least: the 10 % quantile.
+    pub(super) fn of_friction(self, ratio: &[f64], level_n: &[f64]) -> f64 {
+        let (friction, level_n) = (quantile(ratio, 0.5), quantile(level_n, LIGHTEST));
+        let noise_n = self.tangential_n.hypot(friction * self.normal_n);
+        if level_n > 0.0 {
+            noise_n / level_n
+        } else {
+            0.0
+        }
+    }
+
+    /// The warning that it hides slips, where the least that shows is more than stick-slip makes.
+    pub(super) fn warning(self, least_slip: f64) -> Option<Warning> {
+        (least_slip > SLIP_DROP).then(|| {
+            let fault = ForceFault::SlipsHidden {
+                noise_n: self.rms_n,
+                least_slip,
+            };
+            Warning::from(ForceWarning::Doubtful { fault })
+        })
+    }
+
+    /// The least slip that shows above it, as a share of a friction of `ratio` under `level_n`: a fifth where there is no noise.
+    pub(super) fn least_slip(self, ratio: &[f64], level_n: &[f64]) -> f64 {
+        let friction = quantile(ratio, 0.5).max(f64::MIN_POSITIVE);
+        (ABOVE_NOISE * self.of_friction(ratio, level_n) / friction).max(SLIP_DROP)
+    }
+}
+
+/// The rms of the change of `values`, frame by frame, within the time of a slip, smoothed as friction is; 0 where they are too few.
+fn change(frames: Frames, values: &[f64]) -> f64 {
+    let smooth = smoothed(values, frames.in_time(SLIP_SMOOTHING_S));
+    let reach = frames.in_time(SLIP_TIME_S);
+    let (before, after) = (smooth.iter(), smooth.iter().skip(reach));
+    let changes: Vec<f64> = before.zip(after).map(|(a, b)| b - a).collect();
+    rms(&changes)
 }
 
 /// Slips in a stretch of vibration where no tangential force was measured: bursts out of near silence.
@@ -150,6 +261,14 @@ pub(super) fn stick_slip_in_vibration(frames: Frames, level: &[f64]) -> Option<(
     enough(frames, bursts, level.len())
 }
 
+/// Slips that follow each other so slowly are no stick-slip.
+pub(super) fn slower_slips() -> Limit {
+    Limit::AtMost {
+        met: SLIP_RATE_HZ.next_down(),
+        not_met: SLIP_RATE_HZ.next_down(),
+    }
+}
+
 fn enough(frames: Frames, slips: usize, length: usize) -> Option<(usize, f64)> {
     let rate_hz = slips as f64 / frames.seconds(length.max(1));
     (slips >= SLIPS && rate_hz >= SLIP_RATE_HZ).then_some((slips, rate_hz))
@@ -169,12 +288,15 @@ mod tests {
         let saw: Vec<f64> = (0..500)
             .map(|i| 0.8 + 0.8 * (f64::from(i) / 80.0).fract())
             .collect();
-        let (slips, rate_hz) = stick_slip_in_friction(FRAMES, &saw).unwrap();
+        let (slips, rate_hz) = stick_slip_in_friction(FRAMES, &saw, 0.0).unwrap();
         assert!((5..=6).contains(&slips) && (rate_hz - 6.0).abs() < 1.5);
         let wander: Vec<f64> = (0..500)
             .map(|i| 0.8 + 0.4 * (f64::from(i) / 60.0).sin())
             .collect();
-        assert_eq!(stick_slip_in_friction(FRAMES, &wander), None);
+        assert_eq!(stick_slip_in_friction(FRAMES, &wander, 0.0), None);
+        // Slips of half of the friction within noise that changes it by a quarter of that at the most.
+        assert!(stick_slip_in_friction(FRAMES, &saw, 0.1).is_some());
+        assert_eq!(stick_slip_in_friction(FRAMES, &saw, 0.3), None);
     }
 
     #[test]

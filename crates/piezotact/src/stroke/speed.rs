@@ -5,12 +5,12 @@ use crate::stroke::{ForceFault, ForceWarning};
 use serde::{Deserialize, Serialize};
 
 use super::agreement::{Limits, Pass, contradiction, reject_ways_back};
-use super::contact::{Polyline, above_rest, events};
+use super::contact::{Polyline, above_rest, events, quiet};
 use super::criteria::{JudgedPart, StrokeCriterion};
-use super::force::{HIGH_FRICTION, Judging, friction, oriented, slower_slips, zeros};
+use super::force::{HIGH_FRICTION, Judging, friction, oriented, zeros};
 use super::force_warning::warnings_of_force;
 use super::frames::{Frames, quantile, smoothed};
-use super::sliding::stick_slip_in_friction;
+use super::sliding::{ForceNoise, slower_slips, stick_slip_in_friction};
 use super::{
     CutBy, Expected, ForceZeros, Interval, MotionKind, Reason, Rejected, Rule, SegmentError,
     Segmentation, Signals, Stroke,
@@ -18,7 +18,7 @@ use super::{
 use crate::criterion::Limit;
 use crate::quantity::{Newtons, SampleRate, Seconds};
 use crate::roles::Roles;
-use crate::statistics::mean;
+use crate::statistics::{mean, standard_deviation};
 use crate::warning::Warning;
 
 /// The least share of a motion in contact for it to count as touched.
@@ -69,6 +69,14 @@ impl SpeedRule {
 
 /// Speeds are smoothed over this time unless stated, s.
 const SMOOTHING_S: f64 = 0.02;
+/// A plateau is outside of its tolerance for this share of the time at most.
+pub(super) const MOST_OUTSIDE: f64 = 0.1;
+/// A surface stops below this share of the plateau's speed.
+const STOPS: f64 = 0.5;
+/// The noise of the speed at rest widens the tolerance by so many standard deviations.
+const OF_NOISE: f64 = 2.0;
+/// The median of the magnitude of a normal variable, in standard deviations.
+const MEDIAN_OF_NORMAL: f64 = 0.6745;
 /// A plateau this far from the speed asked for is a warning.
 const OFF_SPEED: f64 = 0.1;
 
@@ -119,13 +127,15 @@ pub fn segment_by_speed(
     let held = held(signals, rule, (frames, &moves), &mut warnings)?;
     let usual = rule.speed_m_s.unwrap_or(measured);
     let threshold = rule.rest_share * usual;
+    let resting = moving.iter().copied().filter(|v| *v <= threshold);
+    let rest_m_s = quantile(&resting.collect::<Vec<_>>(), 0.5) / MEDIAN_OF_NORMAL;
     let (mut strokes, mut rejected) = (Vec::new(), Vec::new());
     for (from, to) in events(moving.iter().copied(), threshold, threshold) {
         let motion = samples(frames, from, to);
         let touched = held.as_ref().is_none_or(|held| held.touch_within(from, to));
         let mut judged = JudgedPart::default();
         let found = match touched {
-            true => plateau(frames, &moving[from..to], rule, &mut judged),
+            true => plateau(frames, &moving[from..to], (rule, rest_m_s), &mut judged),
             false => judged
                 .require(StrokeCriterion::TouchShare, 0.0, LEAST_TOUCH, || {
                     Reason::NoContact
@@ -176,6 +186,9 @@ pub fn segment_by_speed(
     let of_force = |reason: &Reason| *reason == Reason::NoContact;
     let parts = (strokes.as_slice(), slow.as_slice());
     warnings.extend(contradiction(frames, signals.vibration, parts, of_force));
+    if let (Some(held), Judging::Sliding) = (&held, rule.judging) {
+        warnings.extend(held.hidden_slips(signals, frames, &strokes));
+    }
     let coefficient = held
         .as_ref()
         .map_or(0.0, |held| held.median_friction(signals, frames, &strokes));
@@ -222,6 +235,7 @@ struct Held {
     level_n: Vec<f64>,
     touches: Vec<(usize, usize)>,
     tangential: Vec<Polyline>,
+    noise: ForceNoise,
     zeros: ForceZeros,
 }
 
@@ -244,6 +258,27 @@ impl Held {
             .map(|ratio| quantile(&ratio, 0.5))
             .collect();
         quantile(&each, 0.5)
+    }
+
+    /// Slips in the friction `ratio` of the frames `from`…`to`; `None` unless they make stick-slip.
+    fn slips(&self, frames: Frames, ratio: &[f64], from: usize, to: usize) -> Option<(usize, f64)> {
+        let noise = self.noise.of_friction(ratio, self.level_n.get(from..to)?);
+        stick_slip_in_friction(frames, ratio, noise)
+    }
+
+    /// The warning that noise hides slips in `strokes` of the given friction.
+    fn hidden_slips(
+        &self,
+        signals: &Signals<'_>,
+        frames: Frames,
+        strokes: &[Stroke],
+    ) -> Option<Warning> {
+        let each = strokes.iter().filter_map(|s| {
+            let (from, to) = (s.steady.start / frames.size, s.steady.end / frames.size);
+            let ratio = self.friction(signals, frames, from, to)?;
+            Some(self.noise.least_slip(&ratio, self.level_n.get(from..to)?))
+        });
+        self.noise.warning(quantile(&each.collect::<Vec<_>>(), 0.5))
     }
 
     /// Tangential over normal force in the frames `from`…`to`; `None` without tangential forces.
@@ -280,8 +315,8 @@ fn held(
     };
     let means = frames.means(normal_n);
     let (means, sign) = oriented(frames, means, signals.vibration, Some(moves), warnings)?;
-    let smooth_n = smoothed(&means, frames.in_time(0.01));
     let (on_n, off_n) = (rule.touch_n.0, 0.5 * rule.touch_n.0);
+    let smooth_n = quiet(frames, &means, (0.01, on_n), warnings);
     let Some(force) = above_rest(frames, smooth_n.clone(), on_n) else {
         // One level all along: the finger touches always or never, and the zeros are not known.
         warnings.push(Warning::from(ForceWarning::Doubtful {
@@ -291,6 +326,7 @@ fn held(
             touches: events(smooth_n.iter().copied(), on_n, off_n),
             tangential: vec![Polyline(Vec::new()); signals.tangential_force_n.len()],
             level_n: smooth_n,
+            noise: ForceNoise::default(),
             zeros: ForceZeros {
                 sign,
                 zeros: Vec::new(),
@@ -309,6 +345,12 @@ fn held(
             sign,
             zeros: zeros(frames, &force, &tangential),
         },
+        noise: ForceNoise::of(
+            frames,
+            (&force.level_n, normal_n),
+            &signals.tangential_force_n,
+            &force.lifts,
+        ),
         tangential,
         level_n: force.level_n,
     }))
@@ -364,12 +406,13 @@ fn speed_m_s(frames: Frames, motion: &[f64], kind: MotionKind, smoothing_s: f64)
 fn plateau(
     frames: Frames,
     moving: &[f64],
-    rule: &SpeedRule,
+    (rule, rest_m_s): (&SpeedRule, f64),
     judged: &mut JudgedPart,
 ) -> Result<(usize, usize), Reason> {
     let quarter = moving.len() / 4;
     let level = quantile(&moving[quarter..moving.len() - quarter], 0.5);
-    let within = |v: &f64| (v - level).abs() <= rule.tolerance_share * level;
+    let reach = rule.tolerance_share * level;
+    let within = |v: &f64| (v - level).abs() <= reach;
     let from = moving.iter().position(within).unwrap_or(0);
     let to = moving.iter().rposition(within).map_or(0, |last| last + 1);
     let (found_s, needed_s) = (frames.seconds(to.saturating_sub(from)), rule.shortest_s.0);
@@ -377,12 +420,19 @@ fn plateau(
     judged.require(StrokeCriterion::SteadyPart, found_s, long_enough, || {
         Reason::TooShort { found_s, needed_s }
     })?;
-    let off = moving[from..to].iter().filter(|v| !within(v)).count();
-    if off as f64 > 0.1 * (to - from) as f64 {
+    let held = &moving[from..to];
+    let outside = |reach: f64| {
+        let off = held.iter().filter(|v| (*v - level).abs() > reach).count();
+        off as f64 / held.len().max(1) as f64
+    };
+    // What is the noise of the sensor is no change of the speed.
+    let noisy_reach = reach + OF_NOISE * rest_m_s;
+    if outside(reach) <= MOST_OUTSIDE || outside(noisy_reach) <= MOST_OUTSIDE {
+        return Ok((from, to));
+    }
+    if held.iter().any(|v| *v < STOPS * level) {
         let parts = events(
-            moving[from..to]
-                .iter()
-                .map(|v| f64::from(u8::from(within(v)))),
+            held.iter().map(|v| f64::from(u8::from(within(v)))),
             0.5,
             0.5,
         );
@@ -391,6 +441,14 @@ fn plateau(
             Reason::Interrupted { parts: count }
         })?;
     }
+    let (outside, most) = (outside(noisy_reach), Limit::at_most(MOST_OUTSIDE));
+    judged.require(StrokeCriterion::UnsteadyShare, outside, most, || {
+        Reason::UnsteadySpeed {
+            deviation_share: standard_deviation(held) / level,
+            tolerance_share: noisy_reach / level,
+            outside,
+        }
+    })?;
     Ok((from, to))
 }
 
@@ -437,7 +495,7 @@ fn fit(
     }
     let friction = held.and_then(|held| held.friction(signals, frames, from, to));
     if let (Some(friction), Judging::Sliding) = (&friction, rule.judging)
-        && let Some((slips, rate_hz)) = stick_slip_in_friction(frames, friction)
+        && let Some((slips, rate_hz)) = held.and_then(|held| held.slips(frames, friction, from, to))
     {
         judged.require(What::SlipRate, rate_hz, slower_slips(), || {
             Reason::StickSlip { slips, rate_hz }

@@ -16,7 +16,7 @@ pub enum StrokeWarning {
     NoContact { largest_n: f64, threshold_n: f64 },
     /// Parts of a recording that looked like strokes were rejected.
     #[error(
-        "{count} of {of} parts that looked like strokes were rejected ({}): check the rejected parts in the report; cut the strokes by hand",
+        "{count} of {of} parts that looked like strokes were rejected ({}): check the rejected parts in the report{}; cut the strokes by hand",
         reasons.text(&|code| match code {
         "stick_slip" => "stick-slip".into(),
         "interrupted" => "interrupted sliding".into(),
@@ -24,7 +24,8 @@ pub enum StrokeWarning {
         "cut_by_recording" => "cut by the recording's end".into(),
         "by_person" => "excluded by hand".into(),
         other => other.replace('_', " "),
-        })
+        }),
+        advice(reasons)
     )]
     Rejected {
         count: usize,
@@ -37,6 +38,18 @@ pub enum StrokeWarning {
         #[serde(flatten)]
         what: Unusual,
     },
+}
+
+/// What helps against the reasons that a sensor or a drive makes.
+fn advice(reasons: &Counts) -> String {
+    let helps = |code: &str| match code {
+        "sliding_unclear" => Some(
+            "; keep noise and lines of a machine away from the vibration channel, or analyse every contact",
+        ),
+        "unsteady_speed" => Some("; steady the drive"),
+        _ => None,
+    };
+    reasons.0.keys().filter_map(|code| helps(code)).collect()
 }
 
 /// What is unusual about the length of strokes.
