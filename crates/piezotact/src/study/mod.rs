@@ -30,6 +30,7 @@ use crate::discrimination::Model;
 use crate::document::FailedFile;
 use crate::feature::{self, FeatureConfig, StrokeForces};
 use crate::filter::HighPass;
+use crate::integrity::copied;
 use crate::quantity::{Band, Hertz, Unit};
 use crate::stroke::Signals;
 use crate::surface::SampleSet;
@@ -88,6 +89,9 @@ pub enum Breadth {
     /// that a report shows.
     Report,
 }
+
+/// So many samples of a stroke are looked at for copies.
+const EXCERPT: usize = 16_384;
 
 /// What a study takes in memory at most beside its recordings, in bytes for each sample in time of the longest one.
 ///
@@ -259,34 +263,46 @@ fn plain_name(name: &str) -> String {
     plain
 }
 
-/// Whether all strokes are different: copies of a recording would count as repeats.
+/// Whether all recordings are different: copies would count as repeats, whatever they are multiplied by and however late they begin.
 ///
 /// # Errors
 /// [`StudyError::Copy`].
 fn no_copies(takes: &[AnalysedRecording]) -> Result<(), StudyError> {
     let mut known: BTreeMap<Checksum, usize> = BTreeMap::new();
+    let mut excerpts: Vec<(usize, u64, &[f64])> = Vec::new();
+    let copy = |one: usize, other: usize| StudyError::Copy {
+        one: takes[one].file.clone(),
+        other: takes[other].file.clone(),
+    };
     for (place, take) in takes.iter().enumerate() {
         let vibration = take.segmentation.roles.vibration.first();
         let mut channels = take.recording.channels().iter();
         let Some(channel) = channels.find(|channel| Some(&channel.name) == vibration) else {
             continue;
         };
-        for stroke in &take.segmentation.strokes {
-            let samples = stroke.steady.of(&channel.samples);
-            // Silence is like any other.
-            if samples.iter().all(|value| *value == samples[0]) {
-                continue;
-            }
+        let strokes = take.segmentation.strokes.iter();
+        let strokes = strokes.map(|stroke| stroke.steady.of(&channel.samples));
+        // Silence is like any other.
+        let loud = strokes.filter(|samples| samples.iter().any(|value| *value != samples[0]));
+        let loud: Vec<&[f64]> = loud.collect();
+        for samples in &loud {
             let checksum = Checksum::of(samples.iter().copied());
             match known.insert(checksum, place) {
-                Some(other) if other != place => {
-                    return Err(StudyError::Copy {
-                        one: takes[other].file.clone(),
-                        other: take.file.clone(),
-                    });
-                }
+                Some(other) if other != place => return Err(copy(other, place)),
                 _ => {}
             }
+        }
+        if let Some(longest) = loud.into_iter().max_by_key(|samples| samples.len()) {
+            let excerpt = &longest[..longest.len().min(EXCERPT)];
+            let others = excerpts
+                .iter()
+                .filter(|(_, rate, _)| *rate == nominal_rate(take));
+            for (other, _, its) in others {
+                if copied(its, excerpt).is_some() {
+                    return Err(copy(*other, place));
+                }
+            }
+            excerpts.push((place, nominal_rate(take), excerpt));
         }
     }
     Ok(())
