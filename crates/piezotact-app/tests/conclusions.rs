@@ -260,7 +260,7 @@ fn copies_are_no_repeats() {
                 &folder,
                 &format!("{command} A_1.csv A_2.csv --meta {{sample}}_{{trial}} --by sample"),
             );
-            done.expect_failure(1, &["found the same samples in A_1.csv and A_2.csv"]);
+            done.expect_failure(1, &["found the same signal in A_1.csv and A_2.csv"]);
         }
     }
 }

@@ -529,3 +529,34 @@ fn a_table_has_a_row_for_each_stroke_and_every_label() {
             .any(|column| column.name == "steady_part_limit")
     );
 }
+
+/// A copy is no second recording, also one that is scaled or begins later; another recording of the same kind is.
+#[test]
+fn a_scaled_or_shifted_copy_is_refused() {
+    let compared = |other: &Recorded| {
+        let takes = all([of("a", 4, touched("A", 30.0)), other.clone()]);
+        analyse(takes, &changes(Factor::Sample))
+    };
+    for (factor, later) in [(1.0, 0), (1.001, 0), (1.0, 7), (0.9, 40)] {
+        let mut copy = of("a", 4, touched("B", 30.0));
+        let channels = copy.recording.channels().iter().map(|channel| {
+            let mut channel = channel.clone();
+            channel.samples.rotate_right(later);
+            channel
+                .samples
+                .iter_mut()
+                .for_each(|value| *value *= factor);
+            channel
+        });
+        let rate = copy.recording.rate();
+        let own = touched("B", 30.0);
+        copy.recording =
+            Recording::new(channels.collect(), rate, own, Provenance::default()).unwrap();
+        let error = compared(&copy).err();
+        assert!(
+            matches!(error, Some(StudyError::Copy { .. })),
+            "{factor} {later} {error:?}"
+        );
+    }
+    assert!(compared(&of("b", 4, touched("B", 30.0))).is_ok());
+}

@@ -49,7 +49,17 @@ fn taken(made: &Made) -> AnalysedRecording {
     let surface = made.condition.sample.as_deref().filter(|_| plain);
     let seed = sum(surface.unwrap_or(&made.name));
     let gain = made.gain * (0.98 + 0.01 * (sum(&made.name) % 5) as f64);
-    let one = recorded(&mut Random::new(seed), &made.kinds);
+    let mut one = recorded(&mut Random::new(seed), &made.kinds);
+    // What the sensor adds is each recording's own: they are no copies.
+    let places = (1..).zip(made.name.bytes());
+    let mut noise = Random::new(
+        places
+            .map(|(place, byte): (u64, u8)| place * u64::from(byte))
+            .sum(),
+    );
+    for value in &mut one.acceleration {
+        *value += 0.005 * noise.normal();
+    }
     let channel = |name: &str, unit: Unit, samples: &[f64], gain: f64| Channel {
         name: name.into(),
         unit,

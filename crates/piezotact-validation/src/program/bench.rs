@@ -169,6 +169,9 @@ pub(crate) fn run(python: &str, only: &[&str]) -> Result<()> {
     if let ["V1", part @ ..] = only {
         return super::verdicts::run(part);
     }
+    if let ["V2", part @ ..] = only {
+        return super::conclusions::run(part);
+    }
     if only == ["C1"] {
         return super::discrimination::run();
     }
@@ -271,6 +274,7 @@ pub(crate) fn run(python: &str, only: &[&str]) -> Result<()> {
     if only.is_empty() {
         super::rendering::run()?;
         super::verdicts::run(&[])?;
+        super::conclusions::run(&[])?;
         super::stops::run()?;
     }
     Ok(())

@@ -2,6 +2,7 @@
 
 mod advice;
 mod bench;
+mod conclusions;
 mod discrimination;
 mod failure;
 mod made;
@@ -11,6 +12,7 @@ mod panels;
 mod rendering;
 mod replay;
 mod report;
+mod signal;
 mod stops;
 #[path = "../../../piezotact/tests/studies/mod.rs"]
 mod studies;
@@ -55,6 +57,11 @@ enum Command {
     /// Verdicts of `piezotact verify` against the truth: renderings that are known to be right or wrong.
     Verdicts {
         /// A part: textures=taps,tonal seeds=1 modes=replicate kinds=drop,hum list=all.
+        part: Vec<String>,
+    },
+    /// Conclusions of `piezotact strokes` and `piezotact compare` against the truth: recordings that are known to be right, odd or wrong.
+    Conclusions {
+        /// A part: textures=fine,rough seeds=1 kinds=mains,copies list=all.
         part: Vec<String>,
     },
     /// Rendering errors by method and level, for many people of the twin.
@@ -106,6 +113,7 @@ fn done(cli: &Cli, called: &Called) -> Outcome {
             return replay::run(args, called, existing);
         }
         Command::Verdicts { part } => verdicts::run(&words(part))?,
+        Command::Conclusions { part } => conclusions::run(&words(part))?,
         Command::Rendering => rendering::run()?,
         Command::Discrimination => discrimination::run()?,
         Command::Stops => stops::run()?,

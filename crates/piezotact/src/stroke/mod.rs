@@ -143,6 +143,12 @@ impl Interval {
         self.len() == 0
     }
 
+    /// Whether both have a sample in common.
+    #[must_use]
+    pub fn meets(self, other: Self) -> bool {
+        self.start < other.end && other.start < self.end
+    }
+
     /// Its samples of a channel; what lies beyond the channel is left out.
     #[must_use]
     pub fn of<T>(self, samples: &[T]) -> &[T] {

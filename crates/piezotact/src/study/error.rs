@@ -54,9 +54,9 @@ pub enum StudyError {
         /// What was found instead.
         found: Box<NoStrokes>,
     },
-    /// Two recordings hold the same stroke: a copy is no second recording.
+    /// Two recordings hold the same stroke, or one that was scaled or shifted: a copy is no second recording.
     #[error(
-        "expected recordings that differ, found the same samples in {one} and {other}; give each recording once: a copy would count as a repeat"
+        "expected recordings that differ, found the same signal in {one} and {other}; give each recording once: a copy would count as a repeat, also a scaled or shifted one"
     )]
     Copy { one: String, other: String },
     /// A recording does not say what recordings are grouped by.

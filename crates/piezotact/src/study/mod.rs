@@ -30,8 +30,9 @@ use crate::discrimination::Model;
 use crate::document::FailedFile;
 use crate::feature::{self, FeatureConfig, StrokeForces};
 use crate::filter::HighPass;
+use crate::integrity::copied;
 use crate::quantity::{Band, Hertz, Unit};
-use crate::stroke::Signals;
+use crate::stroke::{Interval, Signals};
 use crate::surface::SampleSet;
 use crate::warning::{Merged, Warning, merged_of};
 use grouping::{Grouping, lines_of_all, usual};
@@ -88,6 +89,9 @@ pub enum Breadth {
     /// that a report shows.
     Report,
 }
+
+/// So many samples of a stroke are looked at for copies.
+const EXCERPT: usize = 16_384;
 
 /// What a study takes in memory at most beside its recordings, in bytes for each sample in time of the longest one.
 ///
@@ -259,50 +263,53 @@ fn plain_name(name: &str) -> String {
     plain
 }
 
-/// Whether all strokes are different: copies of a recording would count as repeats. Other parts of one recording, chosen by cuts, are
-/// none.
+/// Whether all recordings are different: copies would count as repeats, whatever they are multiplied by and however late they begin.
+/// Other parts of one recording, chosen by cuts, are none.
 ///
 /// # Errors
 /// [`StudyError::Copy`].
 fn no_copies(takes: &[AnalysedRecording]) -> Result<(), StudyError> {
     let mut strokes_of: BTreeMap<Checksum, usize> = BTreeMap::new();
     let mut channels_of: BTreeMap<Checksum, Vec<usize>> = BTreeMap::new();
+    let mut excerpts: Vec<(usize, u64, &[f64])> = Vec::new();
     for (place, take) in takes.iter().enumerate() {
         let vibration = take.segmentation.roles.vibration.first();
         let mut channels = take.recording.channels().iter();
         let Some(channel) = channels.find(|channel| Some(&channel.name) == vibration) else {
             continue;
         };
-        let strokes = &take.segmentation.strokes;
-        let mut copied = None;
-        for stroke in strokes {
-            let samples = stroke.steady.of(&channel.samples);
-            // Silence is like any other.
-            if samples.iter().all(|value| *value == samples[0]) {
-                continue;
-            }
-            let known = strokes_of.insert(Checksum::of(samples.iter().copied()), place);
-            copied = copied.or(known.filter(|other| *other != place));
+        let samples = &channel.samples[..];
+        let strokes = take.segmentation.strokes.iter().map(|stroke| stroke.steady);
+        // Silence is like any other.
+        let sounds = |part: &Interval| {
+            let part = part.of(samples);
+            part.iter().any(|value| *value != part[0])
+        };
+        let strokes: Vec<Interval> = strokes.filter(sounds).collect();
+        let mut copy_of = None;
+        for stroke in &strokes {
+            let checksum = Checksum::of(stroke.of(samples).iter().copied());
+            let known = strokes_of.insert(checksum, place);
+            copy_of = copy_of.or(known.filter(|other| *other != place));
         }
-        // With another time axis, strokes begin and end elsewhere.
-        let alike = channels_of.entry(Checksum::of(channel.samples.iter().copied()));
-        let alike = alike.or_default();
-        if channel
-            .samples
-            .iter()
-            .any(|value| *value != channel.samples[0])
-        {
-            let shared = |other: &&usize| {
+        if let Some(longest) = strokes.iter().max_by_key(|stroke| stroke.len()) {
+            // With another time axis, strokes begin and end elsewhere.
+            let alike = channels_of.entry(Checksum::of(samples.iter().copied()));
+            let alike = alike.or_default();
+            let shares = |other: &&usize| {
                 let mut others = takes[**other].segmentation.strokes.iter();
-                others.any(|one| {
-                    let mut own = strokes.iter().map(|stroke| stroke.steady);
-                    own.any(|own| one.steady.start < own.end && own.start < one.steady.end)
-                })
+                others.any(|other| strokes.iter().any(|own| own.meets(other.steady)))
             };
-            copied = copied.or(alike.iter().find(shared).copied());
+            copy_of = copy_of.or(alike.iter().find(shares).copied());
             alike.push(place);
+            let excerpt = &longest.of(samples)[..longest.len().min(EXCERPT)];
+            let rate = nominal_rate(take);
+            let mut others = excerpts.iter().filter(|(_, of, _)| *of == rate);
+            let changed = others.find(|(_, _, its)| copied(its, excerpt).is_some());
+            copy_of = copy_of.or(changed.map(|(other, ..)| *other));
+            excerpts.push((place, rate, excerpt));
         }
-        if let Some(other) = copied {
+        if let Some(other) = copy_of {
             return Err(StudyError::Copy {
                 one: takes[other].file.clone(),
                 other: take.file.clone(),

@@ -7,7 +7,6 @@ mod faults;
 mod kinds;
 mod parts;
 mod scene;
-mod signal;
 mod truth;
 
 use std::fmt;
@@ -19,6 +18,7 @@ use piezotact::lineage::Mode;
 use piezotact::score::with_perceptible_difference;
 use piezotact::verify::{Measured, Verdict, verify};
 
+use super::signal;
 use faults::Case;
 use kinds::{Kind, Size};
 use scene::{Device, Scene, Texture, series};
@@ -176,7 +176,10 @@ pub(crate) fn run(words: &[&str]) -> Result<()> {
 }
 
 /// Does `work` for every index below `count`, on all cores.
-fn in_threads<T: Send>(count: usize, work: impl Fn(usize) -> Result<T> + Sync) -> Result<Vec<T>> {
+pub(super) fn in_threads<T: Send>(
+    count: usize,
+    work: impl Fn(usize) -> Result<T> + Sync,
+) -> Result<Vec<T>> {
     let next = AtomicUsize::new(0);
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let one_thread = || -> Result<Vec<(usize, T)>> {
