@@ -335,8 +335,8 @@ pub(crate) struct Render {
     /// Discards the measurements of the closed loop at the end; by default they are kept in the folder OUT.runs.
     #[arg(long, requires = "mode")]
     pub(crate) discard_raw: bool,
-    /// Clips a drive that exceeds the limit of the device, instead of refusing it. Not available in a closed loop, which
-    /// never plays a drive that exceeds the limit.
+    /// Accepts a drive beyond the limits of the device, instead of refusing it: it is clipped, and its slope stays as it is. Not
+    /// available in a closed loop, which never plays such a drive.
     #[arg(long, conflicts_with = "mode")]
     pub(crate) allow_clipping: bool,
     #[command(flatten)]

@@ -19,8 +19,8 @@ pub struct RenderFindings {
     pub turned_down: Option<TurnedDown>,
     /// The share of the target's power outside the band, 0–1, where it is a tenth or more.
     pub power_outside: Option<f64>,
-    /// Whether samples are clipped.
-    pub is_clipped: bool,
+    /// The limit at which samples are clipped; none where none is.
+    pub clipped_at: Option<String>,
     /// The slope at the actuator and what the amplifier follows, V/s, where it is too steep.
     pub too_steep: Option<(f64, f64)>,
 }
@@ -34,6 +34,8 @@ pub struct TurnedDown {
     pub share: f64,
     /// The level at which all of the band would fit, dB.
     pub fits_at_db: f64,
+    /// The share of samples of the whole band's drive that exceed a limit of the device, 0–1.
+    pub beyond_limit: f64,
 }
 
 impl RenderFindings {
@@ -76,15 +78,16 @@ impl RenderFindings {
             bands: found.bands,
             why: PartLost::TurnedDown {
                 fits_at_db: found.fits_at_db,
+                beyond_limit: Some(found.beyond_limit),
             },
         });
         let outside = self
             .power_outside
             .map(|share| RenderWarning::PowerOutsideBand { share, band });
-        let clipped = self.is_clipped.then(|| ClippingWarning::Clipped {
+        let clipped = self.clipped_at.map(|limited_by| ClippingWarning::Clipped {
             signal: "the drive".into(),
             at: ClippedAt::Rendered {
-                limited_by: headroom.limited_by.clone(),
+                limited_by,
                 fraction: headroom.clipped_fraction,
             },
         });
