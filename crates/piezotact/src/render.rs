@@ -18,7 +18,7 @@ pub(crate) use coverage::runs;
 pub use coverage::{Coverage, coverage};
 pub use error::RenderError;
 pub use findings::{RenderFindings, TurnedDown};
-pub(crate) use frame::{Frame, fade_ends};
+pub(crate) use frame::{Frame, fade_ends, offset};
 pub use inverse::{Inverse, InverseConfig, InversePlan, Limiting, PhaseForm, invert};
 pub use level::at_fitting_level;
 pub(crate) use limits::cut;
