@@ -17,7 +17,7 @@ mod warning;
 pub(crate) use coverage::runs;
 pub use coverage::{Coverage, coverage};
 pub use error::RenderError;
-pub use findings::{RenderFindings, TurnedDown};
+pub use findings::{FadeLoss, RenderFindings, TurnedDown};
 pub(crate) use frame::{Frame, fade_ends, offset};
 pub use inverse::{Inverse, InverseConfig, InversePlan, Limiting, PhaseForm, invert};
 pub use level::at_fitting_level;
@@ -58,7 +58,7 @@ pub struct RenderConfig {
     pub modelling_delay: Seconds,
     /// Silence after the texture, for the inverse's late part.
     pub tail: Seconds,
-    /// The raised-cosine fade at both ends of the texture.
+    /// The raised-cosine fade at both ends of the texture, 0 where they are left as they are.
     pub fade: Seconds,
     /// The rate of the drive.
     pub output_rate: SampleRate,
@@ -147,7 +147,8 @@ pub fn render_with_findings<O: Quantity>(
 ) -> Result<(RenderedDrive, RenderFindings), RenderError> {
     let (rate, band) = (target.rate(), config.inverse.band);
     let frame = Frame::of(target, config)?;
-    let padded = frame.padded(&frame.faded(target)?);
+    let texture = frame.faded(target)?;
+    let padded = frame.padded(&texture);
     let mut plan = InversePlan::new(padded.len());
     let mut drive_of = |limiting: Option<&Limiting>| -> Result<Vec<f64>, RenderError> {
         let drive = plan.invert_limited(&padded, rate, function, &config.inverse, limiting)?;
@@ -187,6 +188,7 @@ pub fn render_with_findings<O: Quantity>(
         None => inverse.bands,
     };
     findings.power_outside = plan.outside(&padded);
+    findings.faded = frame.fade_loss(target, &texture);
     let setup = function.drive.as_ref();
     let headroom = headroom(&samples, config.output_rate, setup);
     findings.too_steep = headroom.too_steep(setup);

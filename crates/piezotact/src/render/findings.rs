@@ -2,7 +2,7 @@
 
 use super::{Headroom, PartLost, RenderConfig, RenderWarning};
 use crate::clipping::{ClippedAt, ClippingWarning};
-use crate::quantity::{Band, Drive, Quantity};
+use crate::quantity::{Band, Decibels, Drive, Quantity, Seconds};
 use crate::transfer::TransferFunction;
 use crate::warning::{Warning, not_found_again};
 
@@ -19,10 +19,23 @@ pub struct RenderFindings {
     pub turned_down: Option<TurnedDown>,
     /// The share of the target's power outside the band, 0–1, where it is a tenth or more.
     pub power_outside: Option<f64>,
+    /// What the fade at both ends takes of the texture, where that is much.
+    pub faded: Option<FadeLoss>,
     /// The limit at which samples are clipped; none where none is.
     pub clipped_at: Option<String>,
     /// The slope at the actuator and what the amplifier follows, V/s, where it is too steep.
     pub too_steep: Option<(f64, f64)>,
+}
+
+/// What a fade takes of a texture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FadeLoss {
+    /// How long the fade is.
+    pub fade: Seconds,
+    /// The change of the level.
+    pub level: Decibels,
+    /// The change of the largest sample.
+    pub peak: Decibels,
 }
 
 /// Parts of the band that are turned down so that a drive fits.
@@ -81,6 +94,11 @@ impl RenderFindings {
                 beyond_limit: Some(found.beyond_limit),
             },
         });
+        let faded = self.faded.map(|loss| RenderWarning::Faded {
+            fade_s: loss.fade.0,
+            level_db: loss.level.0,
+            peak_db: loss.peak.0,
+        });
         let outside = self
             .power_outside
             .map(|share| RenderWarning::PowerOutsideBand { share, band });
@@ -98,7 +116,7 @@ impl RenderFindings {
                     limit_v_per_s,
                 },
             );
-        let first = [unknown, given_up, turned_down, outside];
+        let first = [unknown, given_up, turned_down, outside, faded];
         let mut warnings = self.function;
         warnings.extend(first.into_iter().flatten().map(Warning::from));
         warnings.extend(clipped.map(Warning::from));

@@ -1,12 +1,17 @@
 //! The time frame of a texture: silence before and after, fades, and resampling to the output rate.
 
-use super::{RenderConfig, RenderError};
+use super::{FadeLoss, RenderConfig, RenderError};
 use crate::fourier::fade;
 use crate::fourier::fast_length;
-use crate::quantity::{Band, Hertz, Quantity, SampleRate};
+use crate::quantity::{Band, Decibels, Hertz, Quantity, SampleRate, Seconds};
 use crate::resample::Resampler;
 use crate::series::Series;
-use crate::statistics::{mean, peak, standard_deviation};
+use crate::statistics::{mean, peak, rms, standard_deviation};
+
+/// The drive begins and ends with a fade of this length within the silence around the texture.
+const SILENT_FADE: Seconds = Seconds(0.02);
+/// A fade that takes so much of the level or of the peak of a texture takes much of it.
+const MUCH: Decibels = Decibels(1.0);
 
 /// The time frame of a target: the silence around it that its inverse needs, and the resampling of the result to the output rate.
 #[derive(Clone, Debug)]
@@ -57,7 +62,7 @@ impl Frame {
         fast_length(self.length())
     }
 
-    /// The target without its offset, with faded ends.
+    /// The target without its offset, with faded ends where a fade is stated.
     ///
     /// # Errors
     /// [`RenderError::Silent`] when nothing is left.
@@ -71,6 +76,25 @@ impl Frame {
         Ok(samples)
     }
 
+    /// By how much the fade changed `target` to `faded`, where that is much.
+    pub(crate) fn fade_loss<O: Quantity>(
+        &self,
+        target: &Series<O>,
+        faded: &[f64],
+    ) -> Option<FadeLoss> {
+        let offset = offset(target.samples(), self.rate, self.band);
+        let whole: Vec<f64> = target.samples().iter().map(|x| x - offset).collect();
+        let change = |of: fn(&[f64]) -> f64| {
+            Decibels::from_amplitude_ratio(of(faded) / of(&whole).max(f64::MIN_POSITIVE))
+        };
+        let loss = FadeLoss {
+            fade: self.rate.duration_of(self.fade),
+            level: change(rms),
+            peak: change(peak),
+        };
+        (loss.level.0.min(loss.peak.0) <= -MUCH.0).then_some(loss)
+    }
+
     /// `texture` with the silence around it, as long as the transform.
     pub(crate) fn padded(&self, texture: &[f64]) -> Vec<f64> {
         let mut padded = vec![0.0; self.transformed()];
@@ -82,7 +106,8 @@ impl Frame {
     /// rate.
     pub(crate) fn played(&self, mut samples: Vec<f64>) -> Vec<f64> {
         samples.truncate(self.length());
-        fade_ends(&mut samples, self.fade.min(self.before).min(self.after));
+        let fade = self.rate.samples_in(SILENT_FADE);
+        fade_ends(&mut samples, fade.min(self.before).min(self.after));
         match &self.resampler {
             Some(resampler) => resampler.process(&samples),
             None => samples,

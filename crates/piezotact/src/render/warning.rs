@@ -30,6 +30,16 @@ pub enum RenderWarning {
         percent(*share)
     )]
     PowerOutsideBand { share: f64, band: Band },
+    /// The fade at both ends takes much of a short or abrupt texture.
+    #[error(
+        "the fade of {:.0} ms at both ends changes the level of the texture by {level_db:.1} dB and its peak by {peak_db:.1} dB; render it             without a fade",
+        fade_s * 1e3
+    )]
+    Faded {
+        fade_s: f64,
+        level_db: f64,
+        peak_db: f64,
+    },
     /// A part of the band is not reached, or not compared.
     #[error("{} of the band{} {why}; {}", percent(*share), in_bands(bands), why.advice())]
     BandPartLost {

@@ -11,7 +11,7 @@ use anyhow::anyhow;
 use piezotact::checksum::Checksum;
 use piezotact::device::{DeviceDescription, DriveSetup};
 use piezotact::lineage::{Lineage, Operation, Step};
-use piezotact::quantity::{Acceleration, Decibels, Drive, Measure, SampleRate, Unit};
+use piezotact::quantity::{Acceleration, Decibels, Drive, Measure, SampleRate, Seconds, Unit};
 use piezotact::recording::{About, Annotations};
 use piezotact::render::{
     self, Inverse, Overload, PhaseForm, RenderConfig, RenderError, RenderedDrive, gains_for,
@@ -331,6 +331,7 @@ pub(super) fn config_of(args: &Render) -> Outcome<RenderConfig> {
     if args.allow_clipping {
         config.clipping = Overload::Allow;
     }
+    config.fade = Seconds(args.fade);
     config.inverse.inverse = match args.inverse {
         InverseName::Plain => Inverse::Plain,
         InverseName::Constant => Inverse::Constant,
