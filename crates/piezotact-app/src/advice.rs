@@ -14,7 +14,7 @@ use piezotact::warning::Merged;
 use piezotact_haptic::HapticError;
 
 /// The options that a warning's advice needs, by code and cause (the value of one of [`CAUSES`]; empty for any).
-const OPTIONS: [(&str, &str, &str); 38] = [
+const OPTIONS: [(&str, &str, &str); 39] = [
     ("band_part_lost", "no_target", "--band"),
     ("channel_chosen", "motion", "--motion"),
     ("channel_chosen", "normal_force", "--normal-force"),
@@ -29,6 +29,7 @@ const OPTIONS: [(&str, &str, &str); 38] = [
         "",
         "--gain and --volts-per-full-scale",
     ),
+    ("faded", "", "--fade 0"),
     ("few", "averages", "--segment"),
     ("few", "sections", "--cutoff"),
     ("filter_doubtful", "looks_filtered", "--filter none"),

@@ -179,7 +179,7 @@ fn allowed_clipping_cuts_at_the_limit_of_the_device() {
 }
 
 /// `--level fit` and `drive-limited` keep to the slope that the amplifier follows, in texture mode too; a stated level that is
-/// too steep gives a warning when it is rendered and when it is played.
+/// too steep is refused, and where it is allowed a warning says so when it is rendered and when it is played.
 #[test]
 fn what_fits_is_no_steeper_than_the_amplifier_follows() {
     let folder = folder();
@@ -191,10 +191,23 @@ fn what_fits_is_no_steeper_than_the_amplifier_follows() {
     .expect_success();
     let codes = |said: &Value| said["warnings"].to_string();
     let render = "render texture.wav --scale 1m/s2 --transfer tf.json --out drive.wav --json";
-    let steep = run(&folder, render).json();
+    let slope = [
+        "slew rate",
+        "3.000e3 V/s",
+        "--level",
+        "fits",
+        "--allow-clipping",
+    ];
+    run(&folder, render).expect_failure(1, &slope);
+    assert!(!folder.path("drive.wav").exists());
+    let steep = run(&folder, &format!("{render} --allow-clipping")).json();
     let asked = steep["headroom"]["slope_v_per_s"].as_f64().unwrap();
-    let loud = steep["headroom"]["headroom_db"].as_f64().unwrap();
-    assert!(asked > 4000.0 && loud > 0.0, "{asked} V/s, {loud} dB");
+    let beyond = steep["headroom"]["headroom_db"].as_f64().unwrap();
+    assert!(asked > 4000.0, "{asked} V/s");
+    assert!(
+        (beyond - 20.0 * (3000.0 / asked).log10()).abs() < 0.01,
+        "{beyond} dB"
+    );
     assert!(codes(&steep).contains("slew_limited"));
     let played = run(
         &folder,
@@ -261,4 +274,27 @@ fn a_recording_keeps_the_device_and_the_band_that_it_states() {
             ],
         );
     }
+}
+
+/// A voice coil is described without a capacitance or a slew; its rms current refuses a drive, and HJIF names its kind.
+#[test]
+fn a_voice_coil_is_rendered_for_and_exported() {
+    let folder = folder();
+    let coil = "name = \"coil amplifier\"\n[amplifier]\n[[amplifier.gains]]\nname = \"x1\"\ngain = { ratio = 1 }\nlimit_v = 8\n\
+                [actuator]\nkind = \"voice_coil\"\nresistance_ohm = 8\nlimit_current_rms_a = 0.5\n";
+    folder.write("coil.toml", coil);
+    let transfer = "transfer bench.csv --rate 5000 --drive drive --response nail --out tf.json --volts-per-full-scale 8 --device coil.toml";
+    run(&folder, transfer).expect_success();
+    let info = run(&folder, "info tf.json");
+    info.expect_success();
+    let render = "render texture.wav --scale 1m/s2 --transfer tf.json --out drive.wav";
+    run(&folder, render).expect_success();
+    run(&folder, "export drive.wav --out drive.hjif").expect_success();
+    let hjif: Value =
+        serde_json::from_slice(&std::fs::read(folder.path("drive.hjif")).unwrap()).unwrap();
+    assert!(hjif.to_string().contains("\"VCA\""), "{hjif}");
+    folder.write("coil.toml", coil.replace("0.5", "0.001"));
+    run(&folder, transfer).expect_success();
+    let refused = run(&folder, &render.replace("drive.wav", "other.wav"));
+    refused.expect_failure(1, &["rms current", "0.001 A", "--level", "fits"]);
 }

@@ -341,7 +341,7 @@ fn it_says_what_it_is_and_what_it_cannot_tell() {
     let mut described = hand();
     described.about.provenance.bench = Some(BenchKind::Hardware);
     described.excited = Band::new(Hertz(20.0), Hertz(1_000.0)).ok();
-    let setup = DriveSetup::new(set_to("B2"), Volts(1.4), 80e-9).unwrap();
+    let setup = DriveSetup::new(set_to("B2"), Volts(1.4), Some(80e-9)).unwrap();
     described.drive = Some(setup.clone());
     let mut measured = bench(described, noise(0.003, 7));
     assert_eq!(measured.player.calibrate().unwrap(), Some(setup.clone()));
@@ -431,7 +431,7 @@ fn it_says_what_it_is_and_what_it_cannot_tell() {
         .about
         .condition;
     assert_eq!((condition.load_n, condition.angle_deg), (None, None));
-    let setup = DriveSetup::new(set_to("B3"), Volts(1.4), 80e-9).unwrap();
+    let setup = DriveSetup::new(set_to("B3"), Volts(1.4), Some(80e-9)).unwrap();
     let refused = play_and_record(
         &mut bare,
         &silence(1),
@@ -451,7 +451,7 @@ fn it_says_what_it_is_and_what_it_cannot_tell() {
 #[test]
 fn the_amplifier_s_limit_counts() {
     let mut described = hand();
-    let setup = DriveSetup::new(set_to("B3"), Volts(1.8), 80e-9).unwrap();
+    let setup = DriveSetup::new(set_to("B3"), Volts(1.8), Some(80e-9)).unwrap();
     let limit = setup.drive_limit();
     described.drive = Some(setup);
     let level = |drive: f64| {

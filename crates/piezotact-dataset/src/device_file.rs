@@ -70,7 +70,7 @@ mod tests {
         let device = DeviceDescription::from_toml(example).unwrap();
         let gain = device.only_gain().unwrap();
         assert_eq!((gain.voltage_ratio(), gain.limit_v), (20.0, 100.0));
-        assert_eq!(device.actuator().capacitance_f, 120e-9);
+        assert_eq!(device.actuator().capacitance_f, Some(120e-9));
         assert_eq!(device.input().divider, 0.5);
     }
 }

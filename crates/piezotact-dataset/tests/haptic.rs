@@ -23,7 +23,7 @@ use piezotact_dataset::{
 };
 use piezotact_haptic::envelope::EnvelopeConfig;
 use piezotact_haptic::{
-    HapticClip, HapticMetadata, HjifTexture, ahap_of, clip_of, date_of, piezo_device,
+    HapticClip, HapticMetadata, HjifTexture, ahap_of, clip_of, date_of, reference_device,
 };
 use serde_json::Value;
 
@@ -385,12 +385,12 @@ fn hjif_of_another_program_is_read_and_its_departures_are_named() {
 
 fn texture() -> HjifTexture {
     let set = DeviceDescription::drv2667().at_usual_gain();
-    let setup = DriveSetup::new(set, Volts(1.4), 80e-9).unwrap();
+    let setup = DriveSetup::new(set, Volts(1.4), Some(80e-9)).unwrap();
     HjifTexture {
         description: "S8 at 30 mm/s".into(),
         date: date_of(1_736_899_200),
         full_scale: metres(2.5),
-        device: piezo_device(
+        device: reference_device(
             Some(&setup),
             Some(Band::new(Hertz(20.0), Hertz(1000.0)).unwrap()),
             Some(180.0),

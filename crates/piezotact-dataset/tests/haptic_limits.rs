@@ -8,7 +8,7 @@ use piezotact::series::Series;
 use piezotact_dataset::haptic::{parse_haptic, write_hjif};
 use piezotact_dataset::{ReadOptions, holds_transfer, read_recording};
 use piezotact_haptic::{
-    Ahap, AhapParameterId, AhapPattern, Exported, HjifTexture, ahap_of, piezo_device,
+    Ahap, AhapParameterId, AhapPattern, Exported, HjifTexture, ahap_of, reference_device,
 };
 
 /// One breakpoint is a constant: without it the event beneath plays at full strength.
@@ -82,7 +82,7 @@ fn hjif_is_read_at_the_rate_it_was_made_at() {
         description: "a tone".into(),
         date: "2025-01-15".into(),
         full_scale: "1 FS".parse().unwrap(),
-        device: piezo_device(None, None, None),
+        device: reference_device(None, None, None),
     };
     write_hjif(&path, &x, &texture).unwrap();
     let played = read_recording(&path, &ReadOptions::default())

@@ -320,7 +320,7 @@ fn document() -> TransferDocument {
             DriveSetup::new(
                 DeviceDescription::drv2667().at_usual_gain(),
                 Volts(1.41),
-                1e-6,
+                Some(1e-6),
             )
             .unwrap(),
         ),

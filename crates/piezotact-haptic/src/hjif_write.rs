@@ -1,9 +1,9 @@
-//! Writes a texture or a drive as HJIF for a piezo actuator.
+//! Writes a texture or a drive as HJIF for the actuator of a device.
 
 use std::collections::BTreeMap;
 
 use piezotact::Warning;
-use piezotact::device::DriveSetup;
+use piezotact::device::{ActuatorKind, DriveSetup};
 use piezotact::quantity::{Band, Measure, Quantity, Unit};
 use piezotact::series::Series;
 
@@ -34,9 +34,10 @@ pub struct HjifTexture {
     pub device: HjifReferenceDevice,
 }
 
-/// The piezo actuator behind the amplifier of `setup` as a reference device: what is known of its band and resonance.
+/// The actuator behind the amplifier of `setup` as a reference device, with its type: what is known of its band and resonance. Without a
+/// set-up its type is `Unknown`.
 #[must_use]
-pub fn piezo_device(
+pub fn reference_device(
     setup: Option<&DriveSetup>,
     band: Option<Band>,
     resonance_hz: Option<f64>,
@@ -44,14 +45,8 @@ pub fn piezo_device(
     HjifReferenceDevice {
         id: 0,
         name: setup.map_or_else(
-            || "PIEZOTACT".into(),
-            |setup| {
-                format!(
-                    "PIEZOTACT, {} at gain {}",
-                    setup.device().name(),
-                    setup.gain
-                )
-            },
+            || "a device that is not described".into(),
+            |setup| format!("{} at gain {}", setup.device().name(), setup.gain),
         ),
         body_part_mask: Some(ANYWHERE),
         minimum_frequency: band.map(|band| band.low().0),
@@ -59,7 +54,15 @@ pub fn piezo_device(
         resonance_frequency: resonance_hz
             .filter(|hertz| band.is_none_or(|band| band.contains(*hertz))),
         maximum_voltage: setup.map(|setup| setup.gain.full_scale_output().0),
-        kind: Some("Piezo".into()),
+        kind: Some(
+            match setup.map(|setup| setup.device().actuator().kind) {
+                Some(ActuatorKind::Piezo) => "Piezo",
+                Some(ActuatorKind::VoiceCoil) => "VCA",
+                Some(ActuatorKind::LinearResonant) => "LRA",
+                Some(ActuatorKind::Other) | None => "Unknown",
+            }
+            .into(),
+        ),
         ..HjifReferenceDevice::default()
     }
 }

@@ -28,7 +28,7 @@ pub use hjif::{
     HjifEffect, HjifEffectType, HjifKeyframe, HjifPerception, HjifReferenceDevice, HjifSync,
     parse_hjif,
 };
-pub use hjif_write::{HjifTexture, date_of, hjif_of, piezo_device};
+pub use hjif_write::{HjifTexture, date_of, hjif_of, reference_device};
 pub use target::{Asked, recording_of_clip, recording_of_hjif};
 
 /// What a format holds, what was found instead, and what to do.

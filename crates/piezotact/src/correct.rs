@@ -203,10 +203,10 @@ impl<O: Quantity> Correction<O> {
             drive,
             limit: function.drive.as_ref().map_or(1.0, DriveSetup::drive_limit),
             slope: {
-                let kept = render.steep == Overload::Refuse
+                let kept = render.clipping == Overload::Refuse
                     || render.inverse.inverse == Inverse::DriveLimited;
                 let setup = function.drive.as_ref().filter(|_| kept);
-                setup.map(DriveSetup::slew_limit_per_s)
+                setup.and_then(DriveSetup::slew_limit_per_s)
             },
         })
     }

@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 
 pub use contradiction::DescriptionError;
 pub use description::{
-    Actuator, Amplifier, BUILT_IN, Coupling, DeviceDescription, GainName, GainSetting, Input,
-    LargestLoad, Slew, UnknownGain, VoltageGain,
+    Actuator, ActuatorKind, Amplifier, BUILT_IN, Coupling, DeviceDescription, GainName,
+    GainSetting, Input, LargestLoad, Slew, UnknownGain, VoltageGain,
 };
 
 use crate::quantity::{Drive, Potential, Volts};
@@ -30,8 +30,8 @@ pub struct DriveSetup {
     pub gain: Arc<GainSetting>,
     /// The potential at the output of the PC when the drive is at full scale, V peak, as calibrated.
     pub volts_per_full_scale: f64,
-    /// The capacitance of the actuator, F.
-    pub load_f: f64,
+    /// The capacitance of the actuator, F; absent for one that is none.
+    pub load_f: Option<f64>,
     /// The device, of whose gains it is one.
     device: Arc<DeviceDescription>,
 }
@@ -42,7 +42,8 @@ pub struct DriveSetup {
 struct StatedSetup {
     gain: GainName,
     volts_per_full_scale: f64,
-    load_f: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    load_f: Option<f64>,
     device: Option<DeviceDescription>,
 }
 
@@ -118,21 +119,32 @@ impl DeviceDescription {
 pub enum ImpossibleSetup {
     /// A potential or a capacitance that cannot be.
     #[error(
-        "expected 0.001 to 1000 V at full scale and a load of 1e-12 to 1 F, found {volts} and {load_f} F; calibrate the output"
+        "expected 0.001 to 1000 V at full scale and a load of 1e-12 to 1 F, found {volts} and {} F; calibrate the output",
+        load_f.map_or("no".into(), |load_f| load_f.to_string())
     )]
-    Numbers { volts: Volts, load_f: f64 },
+    Numbers { volts: Volts, load_f: Option<f64> },
     /// A gain that the device does not have.
     #[error(transparent)]
     Gain(#[from] UnknownGain),
 }
 
 impl DriveSetup {
-    /// The device as it is `set`, behind an output of `volts` at full scale, before a load of `load_f`.
+    /// The device as it is `set`, behind an output of `volts` at full scale, before an actuator with a capacitance of `load_f`,
+    /// or with none, as its description says.
     ///
     /// # Errors
-    /// [`ImpossibleSetup`] when the potential is not from 0.001 to 1000 V, or the load not from 1e-12 to 1 F.
-    pub fn new(set: DeviceAtGain, volts: Volts, load_f: f64) -> Result<Self, ImpossibleSetup> {
-        if (1e-3..=1e3).contains(&volts.0) && LOADS_F.contains(&load_f) {
+    /// [`ImpossibleSetup`] when the potential is not from 0.001 to 1000 V, the load not from 1e-12 to 1 F, or absent for an actuator
+    /// that is described as a capacitance.
+    pub fn new(
+        set: DeviceAtGain,
+        volts: Volts,
+        load_f: Option<f64>,
+    ) -> Result<Self, ImpossibleSetup> {
+        let fits = match load_f {
+            Some(load_f) => LOADS_F.contains(&load_f),
+            None => set.device.actuator.capacitance_f.is_none(),
+        };
+        if (1e-3..=1e3).contains(&volts.0) && fits {
             Ok(Self {
                 gain: Arc::new(set.gain),
                 volts_per_full_scale: volts.0,
@@ -190,7 +202,7 @@ impl DriveSetup {
     #[must_use]
     pub fn drive_limit(&self) -> f64 {
         let full_scale = self.volts_per_full_scale * self.device.input.divider;
-        let limit_v = match self.device.actuator.limit_v {
+        let limit_v = match self.device.actuator.peak_limit_v() {
             Some(actuator_v) => actuator_v.min(self.gain.limit_v),
             None => self.gain.limit_v,
         };
@@ -200,7 +212,7 @@ impl DriveSetup {
     /// The name of the limit that [`Self::drive_limit`] gives.
     #[must_use]
     pub fn limited_by(&self) -> &'static str {
-        let actuator_v = self.device.actuator.limit_v;
+        let actuator_v = self.device.actuator.peak_limit_v();
         if self.drive_limit() >= 1.0 {
             "the digital full scale"
         } else if actuator_v.is_some_and(|limit_v| limit_v < self.gain.limit_v) {
@@ -216,16 +228,34 @@ impl DriveSetup {
         self.gain.voltage_ratio() * self.volts_per_full_scale * self.device.input.divider
     }
 
-    /// The steepest slope at the actuator, V/s.
+    /// The largest rms of a drive (full scale = 1) over a second, from the current that the actuator may carry; `None` without such a
+    /// limit.
     #[must_use]
-    pub fn slew_limit_v_per_s(&self) -> f64 {
+    pub fn rms_limit(&self) -> Option<f64> {
+        let limit_v = self.device.actuator.rms_limit_v()?;
+        Some(limit_v / self.actuator_v_per_full_scale())
+    }
+
+    /// The steepest slope at the actuator, V/s; `None` where nothing limits it.
+    #[must_use]
+    pub fn slew_limit_v_per_s(&self) -> Option<f64> {
         self.gain.slew_limit_v_per_s(self.load_f)
     }
 
-    /// The steepest drive (full scale = 1) that the amplifier follows, 1/s.
+    /// The steepest drive (full scale = 1) that the amplifier follows, 1/s; `None` where nothing limits it.
     #[must_use]
-    pub fn slew_limit_per_s(&self) -> f64 {
-        self.slew_limit_v_per_s() / self.actuator_v_per_full_scale()
+    pub fn slew_limit_per_s(&self) -> Option<f64> {
+        Some(self.slew_limit_v_per_s()? / self.actuator_v_per_full_scale())
+    }
+
+    /// The actuator as the amplifier meets it, such as `80 nF` or `8 Ω`.
+    #[must_use]
+    pub fn load(&self) -> String {
+        let met = Actuator {
+            capacitance_f: self.load_f,
+            ..self.device.actuator.clone()
+        };
+        met.load()
     }
 }
 
@@ -284,8 +314,8 @@ mod tests {
 
     #[test]
     fn eighty_nanofarads_at_b3_are_slew_limited_above_560_hz_at_full_scale() {
-        let setup = DriveSetup::new(b3(), Volts(1.0), 80e-9).unwrap();
-        let frequency_hz = setup.slew_limit_v_per_s() / (std::f64::consts::TAU * 75.0);
+        let setup = DriveSetup::new(b3(), Volts(1.0), Some(80e-9)).unwrap();
+        let frequency_hz = setup.slew_limit_v_per_s().unwrap() / (std::f64::consts::TAU * 75.0);
         assert!((frequency_hz - 562.5).abs() < 1.0, "{frequency_hz}");
     }
 
@@ -304,7 +334,7 @@ mod tests {
             (0.5, "the amplifier")
         );
         assert_eq!(loud.actuator_v_per_full_scale(), 200.0);
-        assert_eq!(loud.slew_limit_v_per_s(), 1.0 / 80e-9);
+        assert_eq!(loud.slew_limit_v_per_s(), Some(1.0 / 80e-9));
         let soft = setup(&device, 5.0);
         assert_eq!(
             (soft.drive_limit(), soft.limited_by()),
@@ -316,9 +346,62 @@ mod tests {
             (loud.drive_limit(), loud.limited_by()),
             (0.5, "the actuator")
         );
-        device.amplifier.gains[0].slew = Slew::VPerS(3e6);
-        assert_eq!(setup(&device, 1.0).slew_limit_v_per_s(), 3e6);
+        device.amplifier.gains[0].slew = Some(Slew::VPerS(3e6));
+        assert_eq!(setup(&device, 1.0).slew_limit_v_per_s(), Some(3e6));
         assert!(!loud.amplifies_like(&setup(DeviceDescription::drv2667(), 20.0)));
+    }
+
+    /// A voice coil has no capacitance and needs no slew; its currents limit the drive.
+    #[test]
+    fn a_voice_coil_is_described_by_its_resistance_and_currents() {
+        const LOUD: &str = r#"
+name = "coil"
+[amplifier]
+[[amplifier.gains]]
+name = "x2"
+gain = { ratio = 2.0 }
+limit_v = 6.0
+[actuator]
+kind = "voice_coil"
+resistance_ohm = 8.0
+limit_current_a = 0.5
+limit_current_rms_a = 0.1
+limit_excursion_m = 0.4e-3
+"#;
+        let device = DeviceDescription::from_toml(LOUD).unwrap();
+        let setup = DriveSetup::new(device.at_usual_gain(), Volts(4.0), None).unwrap();
+        assert_eq!(setup.slew_limit_v_per_s(), None);
+        assert_eq!(
+            (setup.drive_limit(), setup.limited_by()),
+            (0.5, "the actuator")
+        );
+        assert!((setup.rms_limit().unwrap() - 0.1).abs() < 1e-12);
+        assert_eq!(setup.load(), "8 Ω");
+        let text = serde_json::to_string(&setup).unwrap();
+        assert_eq!(serde_json::from_str::<DriveSetup>(&text).unwrap(), setup);
+        for (from, to, expected) in [
+            (
+                "limit_v = 6.0",
+                "limit_v = 6.0\nslew = { current_a = 1.0 }",
+                "without one, because its actuator has no capacitance_f",
+            ),
+            (
+                "resistance_ohm = 8.0\n",
+                "",
+                "resistance_ohm with a limit of current",
+            ),
+            (
+                "limit_excursion_m = 0.4e-3",
+                "limit_excursion_m = 0.0",
+                "an excursion of the actuator above 0 m",
+            ),
+        ] {
+            let wrong = LOUD.replace(from, to);
+            let said = DeviceDescription::from_toml(&wrong)
+                .unwrap_err()
+                .to_string();
+            assert!(said.contains(expected), "{said}");
+        }
     }
 
     /// A set-up without a device is one with the DRV2667; what is written contains the device's values.
@@ -326,7 +409,10 @@ mod tests {
     fn a_set_up_is_stored_with_its_device() {
         let by_hand = r#"{"gain": "B3", "volts_per_full_scale": 1.25, "load_f": 8e-8}"#;
         let setup: DriveSetup = serde_json::from_str(by_hand).unwrap();
-        assert_eq!(setup, DriveSetup::new(b3(), Volts(1.25), 80e-9).unwrap());
+        assert_eq!(
+            setup,
+            DriveSetup::new(b3(), Volts(1.25), Some(80e-9)).unwrap()
+        );
         let text = serde_json::to_string(&setup).unwrap();
         assert!(
             text.starts_with(

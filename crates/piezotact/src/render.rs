@@ -17,12 +17,12 @@ mod warning;
 pub(crate) use coverage::runs;
 pub use coverage::{Coverage, coverage};
 pub use error::RenderError;
-pub use findings::{RenderFindings, TurnedDown};
-pub(crate) use frame::{Frame, fade_ends};
+pub use findings::{FadeLoss, RenderFindings, TurnedDown};
+pub(crate) use frame::{Frame, fade_ends, offset};
 pub use inverse::{Inverse, InverseConfig, InversePlan, Limiting, PhaseForm, invert};
 pub use level::at_fitting_level;
-use limits::DriveLimits;
 pub(crate) use limits::cut;
+use limits::{DriveLimits, FULL_SCALE, excursion_within_limit};
 pub use limits::{GainFit, Headroom, fitting, gains_for, headroom, share_of_least_error};
 pub use rendering::{Rendering, warnings_of_played};
 pub use warning::{PartLost, RenderWarning};
@@ -43,7 +43,8 @@ use crate::transfer::TransferFunction;
 pub enum Overload {
     /// Refuse, and say at which level it would fit.
     Refuse,
-    /// Clip it at the device's limit, and report the clipped share.
+    /// Clip it at the device's limit, leave its slope as it is, and report both. The rms current and the excursion of an actuator are
+    /// limits all the same.
     Allow,
 }
 
@@ -57,7 +58,7 @@ pub struct RenderConfig {
     pub modelling_delay: Seconds,
     /// Silence after the texture, for the inverse's late part.
     pub tail: Seconds,
-    /// The raised-cosine fade at both ends of the texture.
+    /// The raised-cosine fade at both ends of the texture, 0 where they are left as they are.
     pub fade: Seconds,
     /// The rate of the drive.
     pub output_rate: SampleRate,
@@ -65,17 +66,13 @@ pub struct RenderConfig {
     pub largest_loss: Decibels,
     /// A line is reached when its coherence is at least this.
     pub lowest_coherence: f64,
-    /// What to do with a drive that does not fit.
+    /// What to do with a drive beyond the limits of the device, in amplitude or in slope.
     pub clipping: Overload,
-    /// What to do with a drive that is steeper than the slew limit of the amplifier: if allowed, it is played unchanged, with a
-    /// warning.
-    pub steep: Overload,
 }
 
 impl RenderConfig {
     /// For the PIEZOTACT and similar devices: 0.25 s of silence before and after, 20 ms fades, 48 kHz; a line is
-    /// reached within 0.5 dB and with a coherence of 0.8 or more; a drive that would clip is refused, one that
-    /// is too steep gives a warning.
+    /// reached within 0.5 dB and with a coherence of 0.8 or more; a drive beyond a limit of the device is refused.
     #[must_use]
     pub fn over(band: Band, output_rate: SampleRate) -> Self {
         Self {
@@ -87,7 +84,6 @@ impl RenderConfig {
             largest_loss: Decibels(0.5),
             lowest_coherence: 0.8,
             clipping: Overload::Refuse,
-            steep: Overload::Allow,
         }
     }
 }
@@ -125,8 +121,9 @@ pub const MEMORY_BYTES_A_SAMPLE: usize = 220;
 ///
 /// # Errors
 /// Those of [`invert`]; [`RenderError::Signal`] when the band does not fit the output rate;
-/// [`RenderError::ExceedsFullScale`] when the drive does not fit the device and clipping is refused,
-/// [`RenderError::ExceedsSlew`] when it is too steep and that is refused.
+/// [`RenderError::ExceedsFullScale`] when the drive does not fit the device and that is refused,
+/// [`RenderError::ExceedsSlew`] when it is steeper than the amplifier follows and that is refused; [`RenderError::ExceedsCurrent`] and
+/// [`RenderError::ExceedsExcursion`] beyond what the actuator bears.
 pub fn render<O: Quantity>(
     target: &Series<O>,
     function: &TransferFunction<Drive, O>,
@@ -150,7 +147,8 @@ pub fn render_with_findings<O: Quantity>(
 ) -> Result<(RenderedDrive, RenderFindings), RenderError> {
     let (rate, band) = (target.rate(), config.inverse.band);
     let frame = Frame::of(target, config)?;
-    let padded = frame.padded(&frame.faded(target)?);
+    let texture = frame.faded(target)?;
+    let padded = frame.padded(&texture);
     let mut plan = InversePlan::new(padded.len());
     let mut drive_of = |limiting: Option<&Limiting>| -> Result<Vec<f64>, RenderError> {
         let drive = plan.invert_limited(&padded, rate, function, &config.inverse, limiting)?;
@@ -167,13 +165,13 @@ pub fn render_with_findings<O: Quantity>(
         }
         if let Some((fitting, limiting)) = fitted(&costs, &room, &mut drive_of)? {
             let kept = coverage::limited(function, config, Some(&limiting))?;
-            let fits_at_db = room.fits_at(&samples).0;
-            samples = fitting;
             let found = TurnedDown {
                 share: kept.given_up_share - inverse.given_up_share,
                 bands: coverage::without(&kept.bands.given_up, &inverse.bands.given_up),
-                fits_at_db,
+                fits_at_db: room.fits_at(&samples).0,
+                beyond_limit: room.beyond(&samples),
             };
+            samples = fitting;
             turned_down = Some((found, kept.bands));
         }
     }
@@ -190,32 +188,16 @@ pub fn render_with_findings<O: Quantity>(
         None => inverse.bands,
     };
     findings.power_outside = plan.outside(&padded);
-    let headroom = headroom(&samples, config.output_rate, function.drive.as_ref());
-    findings.too_steep = headroom.too_steep(function.drive.as_ref());
-    let refused_steep = (findings.too_steep).filter(|_| config.steep == Overload::Refuse);
-    if headroom.peak > headroom.limit {
-        match config.clipping {
-            Overload::Refuse => {
-                return Err(RenderError::ExceedsFullScale {
-                    peak: headroom.peak,
-                    limit: headroom.limit,
-                    limited_by: headroom.limited_by,
-                    fits_at: match refused_steep {
-                        Some(_) => room.fits_at(&samples),
-                        None => floored(Decibels(headroom.headroom_db.unwrap_or(0.0))),
-                    },
-                });
-            }
-            Overload::Allow => findings.is_clipped = true,
-        }
+    findings.faded = frame.fade_loss(target, &texture);
+    let setup = function.drive.as_ref();
+    let headroom = headroom(&samples, config.output_rate, setup);
+    findings.too_steep = headroom.too_steep(setup);
+    if let Some(refused) = room.refused(&samples, setup, config.clipping) {
+        return Err(refused);
     }
-    if let Some((asked_v_per_s, limit_v_per_s)) = refused_steep {
-        return Err(RenderError::ExceedsSlew {
-            asked_v_per_s,
-            limit_v_per_s,
-            fits_at: room.fits_at(&samples),
-        });
-    }
+    excursion_within_limit::<O>(&padded, (rate, band), setup)?;
+    findings.clipped_at = (headroom.peak > headroom.limit)
+        .then(|| setup.map_or(FULL_SCALE, DriveSetup::limited_by).into());
     cut(&mut samples, headroom.limit);
     let mut provenance = function.about.provenance.clone();
     // A transfer function measured by playing through another one stands for that one.
@@ -362,3 +344,6 @@ pub fn require_device(
 pub(crate) fn floored(level: Decibels) -> Decibels {
     Decibels((level.0 * 10.0).floor() / 10.0)
 }
+
+#[cfg(test)]
+mod tests;

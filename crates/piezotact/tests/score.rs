@@ -430,7 +430,7 @@ fn bursts_have_the_spectrum_of_a_hiss_and_are_named() {
     assert_eq!(spread(&scored(&x, &twin(&x, 4))), Outcome::Met);
 }
 
-/// Decaying oscillations of 3 m/s², at times drawn with `seed`.
+/// Decaying oscillations of 2.8 m/s², at times drawn with `seed`.
 fn sparse_taps(seed: u64) -> Series<Acceleration> {
     let mut samples = vec![0.0; 20_000];
     let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
@@ -441,7 +441,7 @@ fn sparse_taps(seed: u64) -> Series<Acceleration> {
         let at = (state % 19_000) as usize;
         for (i, sample) in samples[at..].iter_mut().take(400).enumerate() {
             let t_s = i as f64 / 5000.0;
-            *sample += 3.0 * (-t_s / 0.01).exp() * (TAU * 200.0 * t_s).sin();
+            *sample += 2.8 * (-t_s / 0.01).exp() * (TAU * 200.0 * t_s).sin();
         }
     }
     series(samples)

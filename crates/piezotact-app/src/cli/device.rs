@@ -25,6 +25,13 @@ fn gain_name(text: &str) -> Result<GainName, String> {
     }
 }
 
+/// How long a fade lasts, s.
+fn fade(text: &str) -> Result<f64, String> {
+    let seconds = text.trim().parse().ok();
+    let possible = seconds.filter(|seconds| (0.0..=10.0).contains(seconds));
+    possible.ok_or_else(|| "expected a fade of 0 to 10 s; write for example 0.02".into())
+}
+
 /// How the finger is asked to lie.
 #[derive(Debug, Args)]
 pub(crate) struct Finger {
@@ -314,6 +321,9 @@ pub(crate) struct Render {
     /// drive, until the drive fits the device).
     #[arg(long, value_enum, default_value = "constant")]
     pub(crate) inverse: InverseName,
+    /// Fades the texture in and out over this time, in s; 0 leaves its ends as they are, as short and abrupt effects need it.
+    #[arg(long, default_value_t = 0.02, value_name = "S", value_parser = fade, hide_short_help = true)]
+    pub(crate) fade: f64,
     /// The phase of the inverse: linear (reproduces waveforms, with a delay) or minimum (no pre-ringing, spectra only).
     #[arg(long, value_enum, default_value = "linear")]
     pub(crate) phase: PhaseName,
@@ -335,8 +345,8 @@ pub(crate) struct Render {
     /// Discards the measurements of the closed loop at the end; by default they are kept in the folder OUT.runs.
     #[arg(long, requires = "mode")]
     pub(crate) discard_raw: bool,
-    /// Clips a drive that exceeds the limit of the device, instead of refusing it. Not available in a closed loop, which
-    /// never plays a drive that exceeds the limit.
+    /// Accepts a drive beyond the limits of the device, instead of refusing it: it is clipped, and its slope stays as it is. Not
+    /// available in a closed loop, which never plays such a drive.
     #[arg(long, conflicts_with = "mode")]
     pub(crate) allow_clipping: bool,
     #[command(flatten)]

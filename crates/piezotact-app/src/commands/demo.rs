@@ -8,9 +8,7 @@ use piezotact::quantity::{
     Acceleration, Band, Decibels, Drive, Hertz, Measure, Quantity, SampleRate, Seconds, Unit,
 };
 use piezotact::recording::{About, Annotations, Recording};
-use piezotact::render::{
-    Overload, RenderConfig, RenderError, RenderedDrive, at_fitting_level, render,
-};
+use piezotact::render::{RenderConfig, RenderError, RenderedDrive, at_fitting_level, render};
 use piezotact::score::with_perceptible_difference;
 use piezotact::series::Series;
 use piezotact::spectrum::WelchConfig;
@@ -317,10 +315,7 @@ fn rendered(
     function: &TransferFunction<Drive, Acceleration>,
     path: &Path,
 ) -> Outcome<(RenderedDrive, Decibels)> {
-    let config = RenderConfig {
-        steep: Overload::Refuse,
-        ..RenderConfig::over(rendered_band()?, SampleRate::new(f64::from(DRIVE_RATE_HZ))?)
-    };
+    let config = RenderConfig::over(rendered_band()?, SampleRate::new(f64::from(DRIVE_RATE_HZ))?);
     let (level, drive) = at_fitting_level(
         |level| render(&target.clone().amplified(level), function, &config),
         RenderError::fits_at,

@@ -57,10 +57,10 @@ fn recording_text(args: &Info, contents: &Contents) -> String {
     if let Some(setup) = &contents.setup {
         let _never_fails = write!(
             text,
-            "\n  device: gain {}, {:.3} V at full scale, {:.0} nF",
+            "\n  device: gain {}, {:.3} V at full scale, {}",
             setup.gain,
             setup.volts_per_full_scale,
-            setup.load_f * 1e9
+            setup.load()
         );
     }
     // What gives a warning when the drive was made is none of the recording.

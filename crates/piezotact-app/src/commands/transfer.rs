@@ -165,7 +165,7 @@ fn described(args: &Transfer, stated: Option<&DriveSetup>) -> Outcome<Option<Dri
         }
     };
     let stated_f = args.load_nf.map(|load_nf| load_nf * 1e-9);
-    let load_f = stated_f.unwrap_or(device.actuator().capacitance_f);
+    let load_f = stated_f.or(device.actuator().capacitance_f);
     DriveSetup::new(set, Volts(volts), load_f)
         .map(Some)
         .map_err(usage::<ImpossibleSetup>)
@@ -174,7 +174,11 @@ fn described(args: &Transfer, stated: Option<&DriveSetup>) -> Outcome<Option<Dri
 /// Refuses options that describe another device than the one that the recording states.
 fn require_same(args: &Transfer, stated: &DriveSetup, asked: &DriveSetup) -> Outcome {
     let close = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-6;
-    let load = args.load_nf.is_none() || close(stated.load_f, asked.load_f);
+    let load = args.load_nf.is_none()
+        || stated
+            .load_f
+            .zip(asked.load_f)
+            .is_some_and(|(a, b)| close(a, b));
     let device = args.device.is_none() || stated.device() == asked.device();
     if stated.amplifies_like(asked)
         && device
@@ -185,10 +189,13 @@ fn require_same(args: &Transfer, stated: &DriveSetup, asked: &DriveSetup) -> Out
     }
     let told = |setup: &DriveSetup| {
         format!(
-            "the {}, {:.4} V at full scale and {:.4} nF",
+            "the {}, {:.4} V at full scale and {}",
             setup.amplification(),
             setup.volts_per_full_scale,
-            setup.load_f * 1e9
+            match setup.load_f {
+                Some(load_f) => format!("{:.4} nF", load_f * 1e9),
+                None => setup.load(),
+            }
         )
     };
     Err(Failure::Data(anyhow!(

@@ -120,9 +120,11 @@ pub fn excite(
 
     // Within the slew limit of the amplifier with the actuator: above it the signal would be distorted.
     let playable = setup.as_ref().map_or(1.0, |setup| {
-        let slope = headroom(drive.samples(), drive.rate(), Some(setup)).slope_v_per_s;
-        let followed = slope.map_or(1.0, |slope| setup.slew_limit_v_per_s() / slope);
-        setup.drive_limit().min(followed)
+        let asked = headroom(drive.samples(), drive.rate(), Some(setup));
+        let followed = setup.slew_limit_v_per_s().zip(asked.slope_v_per_s);
+        let followed = followed.map_or(1.0, |(limit, slope)| limit / slope);
+        let carried = setup.rms_limit().map_or(1.0, |limit| limit / asked.rms);
+        setup.drive_limit().min(followed).min(carried)
     });
     Ok((
         drive.amplified(Decibels::from_amplitude_ratio(playable)),

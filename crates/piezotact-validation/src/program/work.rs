@@ -16,9 +16,7 @@ use piezotact::quantity::{
     Acceleration, Band, Decibels, Degrees, Drive, Hertz, Newtons, SampleRate, Seconds, Unit,
 };
 use piezotact::recording::{Channel, Condition, Provenance, Recording};
-use piezotact::render::{
-    Inverse, InverseConfig, InversePlan, Overload, PhaseForm, RenderConfig, render,
-};
+use piezotact::render::{Inverse, InverseConfig, InversePlan, PhaseForm, RenderConfig, render};
 use piezotact::resample::Resampler;
 use piezotact::score::with_perceptible_difference;
 use piezotact::spectrum::{WelchConfig, WelchPlan};
@@ -321,10 +319,7 @@ fn w6(folder: &Path) -> Result<Prepared> {
     let recordings = (0..3).map(recording).collect::<Result<Vec<_>>>()?;
     let (_, function) = texture_and_function(folder)?;
     let band = Band::new(Hertz(20.0), Hertz(1000.0))?;
-    let config = RenderConfig {
-        steep: Overload::Refuse,
-        ..RenderConfig::over(band, rate(48_000.0)?)
-    };
+    let config = RenderConfig::over(band, rate(48_000.0)?);
     let input_bytes = data.len() * 8;
     Ok(Prepared {
         input_bytes,

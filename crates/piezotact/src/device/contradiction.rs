@@ -67,6 +67,13 @@ pub enum DescriptionError {
         /// The output of the load table, V peak to peak.
         peak_to_peak_v: f64,
     },
+    /// An amplifier whose slope depends on a capacitance that the actuator does not have, or is unknown where it has one.
+    #[error("expected gain {gain} of the {device} {expected}; correct the description")]
+    SlewAndLoad {
+        device: String,
+        gain: String,
+        expected: &'static str,
+    },
     /// The actuator bears less than the amplifier gives at its lowest gain.
     #[error(
         "expected an actuator of the {device} with a limit of at least {lowest_v} V, which its lowest gain {gain} can give, \
@@ -115,7 +122,21 @@ pub(super) fn check(description: &DeviceDescription) -> Result<(), DescriptionEr
             });
         }
         check_gain(gain, &number)?;
-        if let Slew::LargestLoad(load) = gain.slew
+        let expected = match (gain.slew, description.actuator.capacitance_f) {
+            (None, Some(_)) => Some("with a slew, because its actuator is a capacitance"),
+            (Some(Slew::CurrentA(_) | Slew::LargestLoad(_)), None) => Some(
+                "with a slew as { v_per_s = … } or without one, because its actuator has no capacitance_f",
+            ),
+            _ => None,
+        };
+        if let Some(expected) = expected {
+            return Err(DescriptionError::SlewAndLoad {
+                device: device(),
+                gain: gain.to_string(),
+                expected,
+            });
+        }
+        if let Some(Slew::LargestLoad(load)) = gain.slew
             && load.peak_to_peak_v > 2.0 * gain.limit_v * (1.0 + 1e-9)
         {
             return Err(DescriptionError::LoadTableAboveLimit {
@@ -136,11 +157,42 @@ pub(super) fn check(description: &DeviceDescription) -> Result<(), DescriptionEr
         });
     }
     let actuator = &description.actuator;
-    number(
-        LOADS_F.contains(&actuator.capacitance_f),
-        "an actuator of 1e-12 to 1 F".into(),
-        actuator.capacitance_f,
-    )?;
+    if let Some(capacitance_f) = actuator.capacitance_f {
+        number(
+            LOADS_F.contains(&capacitance_f),
+            "an actuator of 1e-12 to 1 F".into(),
+            capacitance_f,
+        )?;
+    }
+    for (stated, what) in [
+        (
+            actuator.resistance_ohm,
+            "a resistance of the actuator above 0 Ω",
+        ),
+        (
+            actuator.limit_current_a,
+            "a peak current of the actuator above 0 A",
+        ),
+        (
+            actuator.limit_current_rms_a,
+            "an rms current of the actuator above 0 A",
+        ),
+        (
+            actuator.limit_excursion_m,
+            "an excursion of the actuator above 0 m",
+        ),
+    ] {
+        let Some(value) = stated else { continue };
+        number(value > 0.0 && value.is_finite(), what.into(), value)?;
+    }
+    let current_a = actuator.limit_current_a.or(actuator.limit_current_rms_a);
+    if let (Some(found), None) = (current_a, actuator.resistance_ohm) {
+        number(
+            false,
+            "resistance_ohm with a limit of current of the actuator".into(),
+            found,
+        )?;
+    }
     if let Some(limit_v) = actuator.limit_v {
         number(
             limit_v > 0.0 && limit_v.is_finite(),
@@ -194,7 +246,10 @@ fn check_gain(
         format!("gain {gain} with a limit above 0 V"),
         gain.limit_v,
     )?;
-    match gain.slew {
+    let Some(slew) = gain.slew else {
+        return Ok(());
+    };
+    match slew {
         Slew::VPerS(slope) => number(
             above_zero(slope),
             format!("gain {gain} with a slew above 0 V/s"),

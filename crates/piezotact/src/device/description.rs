@@ -61,8 +61,9 @@ pub struct GainSetting {
     pub gain: VoltageGain,
     /// The output at which the amplifier clips, V peak.
     pub limit_v: f64,
-    /// How steep its output can be.
-    pub slew: Slew,
+    /// How steep its output can be; absent for an actuator that is no capacitance, where nothing states it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub slew: Option<Slew>,
 }
 
 /// How much an amplifier amplifies.
@@ -103,16 +104,83 @@ pub struct LargestLoad {
     pub capacitance_f: f64,
 }
 
-/// An actuator, as the amplifier meets it.
+/// An actuator, as the amplifier meets it: a capacitance, or a resistance.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Actuator {
-    /// Its capacitance, F.
-    pub capacitance_f: f64,
+    /// Its kind.
+    #[serde(default, skip_serializing_if = "ActuatorKind::is_piezo")]
+    pub kind: ActuatorKind,
+    /// The capacitance of a piezo, F.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub capacitance_f: Option<f64>,
+    /// The resistance of a coil, Ω.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub resistance_ohm: Option<f64>,
     /// The largest potential that it may be given, V peak; absent where nothing states it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limit_v: Option<f64>,
+    /// The largest current through its resistance, A peak.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub limit_current_a: Option<f64>,
+    /// The largest current through its resistance, A rms over the loudest second.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub limit_current_rms_a: Option<f64>,
+    /// The largest excursion from rest, m peak.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub limit_excursion_m: Option<f64>,
+}
+
+/// The kinds of actuators, as HJIF names them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum ActuatorKind {
+    /// A piezoelectric actuator.
+    #[default]
+    Piezo,
+    /// A voice coil.
+    VoiceCoil,
+    /// A linear resonant actuator.
+    LinearResonant,
+    /// Another one.
+    Other,
+}
+
+impl ActuatorKind {
+    /// Whether it is a piezoelectric actuator.
+    #[must_use]
+    pub fn is_piezo(&self) -> bool {
+        *self == Self::Piezo
+    }
+}
+
+impl Actuator {
+    /// What the amplifier meets, such as `80 nF` or `8 Ω`.
+    #[must_use]
+    pub fn load(&self) -> String {
+        match (self.capacitance_f, self.resistance_ohm) {
+            (Some(load_f), _) => format!("{:.0} nF", load_f * 1e9),
+            (None, Some(ohm)) => format!("{ohm} Ω"),
+            (None, None) => "a load that is not stated".into(),
+        }
+    }
+
+    /// The largest potential that its limits of potential and peak current allow, V peak; `None` where nothing states one.
+    #[must_use]
+    pub fn peak_limit_v(&self) -> Option<f64> {
+        let of_current = self.limit_current_a.zip(self.resistance_ohm);
+        let of_current = of_current.map(|(current_a, ohm)| current_a * ohm);
+        self.limit_v.into_iter().chain(of_current).reduce(f64::min)
+    }
+
+    /// The largest potential that its limit of rms current allows, V rms; `None` where nothing states one.
+    #[must_use]
+    pub fn rms_limit_v(&self) -> Option<f64> {
+        let of_current = self.limit_current_rms_a.zip(self.resistance_ohm);
+        of_current.map(|(current_a, ohm)| current_a * ohm)
+    }
 }
 
 /// What stands between the output of the PC and the amplifier.
@@ -214,23 +282,21 @@ impl GainSetting {
         Volts(self.limit_v)
     }
 
-    /// The steepest slope into a load of `load_f`, V/s.
+    /// The steepest slope into a load of `load_f`, V/s; `None` where nothing limits it.
     ///
     /// Formula: I/C; of a line of a load table `I = π·Vpp·f·C`.
     #[must_use]
-    pub fn slew_limit_v_per_s(&self, load_f: f64) -> f64 {
-        match self.slew {
-            Slew::VPerS(slope) => slope,
-            Slew::CurrentA(current) => current / load_f,
-            Slew::LargestLoad(largest) => {
-                let LargestLoad {
-                    peak_to_peak_v,
-                    frequency_hz,
-                    capacitance_f,
-                } = largest;
-                std::f64::consts::PI * peak_to_peak_v * frequency_hz * capacitance_f / load_f
-            }
-        }
+    pub fn slew_limit_v_per_s(&self, load_f: Option<f64>) -> Option<f64> {
+        let current_a = match self.slew? {
+            Slew::VPerS(slope) => return Some(slope),
+            Slew::CurrentA(current) => current,
+            Slew::LargestLoad(LargestLoad {
+                peak_to_peak_v,
+                frequency_hz,
+                capacitance_f,
+            }) => std::f64::consts::PI * peak_to_peak_v * frequency_hz * capacitance_f,
+        };
+        load_f.map(|load_f| current_a / load_f)
     }
 }
 

@@ -420,7 +420,7 @@ fn what_does_not_belong_together_is_refused_by_name() {
                 let setup = crate::device::DriveSetup::new(
                     crate::device::DeviceDescription::drv2667().at_usual_gain(),
                     crate::quantity::Volts(1.4),
-                    80e-9,
+                    Some(80e-9),
                 );
                 e.function.drive = Some(setup.unwrap());
             },

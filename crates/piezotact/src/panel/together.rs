@@ -135,10 +135,10 @@ fn device(setup: &Option<DriveSetup>) -> String {
         || "a device that is not described".into(),
         |setup| {
             format!(
-                "{}, {:.4} V at full scale, {:.0} nF",
+                "{}, {:.4} V at full scale, {}",
                 setup.amplification(),
                 setup.volts_per_full_scale,
-                setup.load_f * 1e9
+                setup.load()
             )
         },
     )

@@ -90,6 +90,30 @@ pub enum RenderError {
         /// The level at which it would fit.
         fits_at: Decibels,
     },
+    /// The drive is warmer than the actuator bears.
+    #[error(
+        "the target needs an rms current of {asked_a:.3} A over its loudest second, but the actuator bears {limit_a:.3} A: lower the \
+            target by {:.1} dB", -fits_at.0
+    )]
+    ExceedsCurrent {
+        /// A rms.
+        asked_a: f64,
+        /// A rms.
+        limit_a: f64,
+        /// The level at which it would fit.
+        fits_at: Decibels,
+    },
+    /// The vibration moves the actuator further than it can move.
+    #[error(
+        "the target needs an excursion of {:.3} mm, but the actuator moves by {:.3} mm: lower the target by {:.1} dB, or raise the \
+            lower end of the band", asked_m * 1e3, limit_m * 1e3, -fits_at.0
+    )]
+    ExceedsExcursion {
+        asked_m: f64,
+        limit_m: f64,
+        /// The level at which it would fit.
+        fits_at: Decibels,
+    },
     /// The drive is no signal, or does not fit the output rate.
     #[error(transparent)]
     Signal(#[from] SeriesError),
@@ -100,9 +124,10 @@ impl RenderError {
     #[must_use]
     pub fn fits_at(&self) -> Option<Decibels> {
         match self {
-            Self::ExceedsFullScale { fits_at, .. } | Self::ExceedsSlew { fits_at, .. } => {
-                Some(*fits_at)
-            }
+            Self::ExceedsFullScale { fits_at, .. }
+            | Self::ExceedsSlew { fits_at, .. }
+            | Self::ExceedsCurrent { fits_at, .. }
+            | Self::ExceedsExcursion { fits_at, .. } => Some(*fits_at),
             _ => None,
         }
     }

@@ -2,7 +2,7 @@
 
 use super::{Headroom, PartLost, RenderConfig, RenderWarning};
 use crate::clipping::{ClippedAt, ClippingWarning};
-use crate::quantity::{Band, Drive, Quantity};
+use crate::quantity::{Band, Decibels, Drive, Quantity, Seconds};
 use crate::transfer::TransferFunction;
 use crate::warning::{Warning, not_found_again};
 
@@ -19,10 +19,23 @@ pub struct RenderFindings {
     pub turned_down: Option<TurnedDown>,
     /// The share of the target's power outside the band, 0–1, where it is a tenth or more.
     pub power_outside: Option<f64>,
-    /// Whether samples are clipped.
-    pub is_clipped: bool,
+    /// What the fade at both ends takes of the texture, where that is much.
+    pub faded: Option<FadeLoss>,
+    /// The limit at which samples are clipped; none where none is.
+    pub clipped_at: Option<String>,
     /// The slope at the actuator and what the amplifier follows, V/s, where it is too steep.
     pub too_steep: Option<(f64, f64)>,
+}
+
+/// What a fade takes of a texture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FadeLoss {
+    /// How long the fade is.
+    pub fade: Seconds,
+    /// The change of the level.
+    pub level: Decibels,
+    /// The change of the largest sample.
+    pub peak: Decibels,
 }
 
 /// Parts of the band that are turned down so that a drive fits.
@@ -34,6 +47,8 @@ pub struct TurnedDown {
     pub share: f64,
     /// The level at which all of the band would fit, dB.
     pub fits_at_db: f64,
+    /// The share of samples of the whole band's drive that exceed a limit of the device, 0–1.
+    pub beyond_limit: f64,
 }
 
 impl RenderFindings {
@@ -76,15 +91,21 @@ impl RenderFindings {
             bands: found.bands,
             why: PartLost::TurnedDown {
                 fits_at_db: found.fits_at_db,
+                beyond_limit: Some(found.beyond_limit),
             },
+        });
+        let faded = self.faded.map(|loss| RenderWarning::Faded {
+            fade_s: loss.fade.0,
+            level_db: loss.level.0,
+            peak_db: loss.peak.0,
         });
         let outside = self
             .power_outside
             .map(|share| RenderWarning::PowerOutsideBand { share, band });
-        let clipped = self.is_clipped.then(|| ClippingWarning::Clipped {
+        let clipped = self.clipped_at.map(|limited_by| ClippingWarning::Clipped {
             signal: "the drive".into(),
             at: ClippedAt::Rendered {
-                limited_by: headroom.limited_by.clone(),
+                limited_by,
                 fraction: headroom.clipped_fraction,
             },
         });
@@ -95,7 +116,7 @@ impl RenderFindings {
                     limit_v_per_s,
                 },
             );
-        let first = [unknown, given_up, turned_down, outside];
+        let first = [unknown, given_up, turned_down, outside, faded];
         let mut warnings = self.function;
         warnings.extend(first.into_iter().flatten().map(Warning::from));
         warnings.extend(clipped.map(Warning::from));

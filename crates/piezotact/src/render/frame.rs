@@ -1,12 +1,17 @@
 //! The time frame of a texture: silence before and after, fades, and resampling to the output rate.
 
-use super::{RenderConfig, RenderError};
+use super::{FadeLoss, RenderConfig, RenderError};
 use crate::fourier::fade;
 use crate::fourier::fast_length;
-use crate::quantity::{Hertz, Quantity, SampleRate};
+use crate::quantity::{Band, Decibels, Hertz, Quantity, SampleRate, Seconds};
 use crate::resample::Resampler;
 use crate::series::Series;
-use crate::statistics::{mean, peak};
+use crate::statistics::{mean, peak, rms, standard_deviation};
+
+/// The drive begins and ends with a fade of this length within the silence around the texture.
+const SILENT_FADE: Seconds = Seconds(0.02);
+/// A fade that takes so much of the level or of the peak of a texture takes much of it.
+const MUCH: Decibels = Decibels(1.0);
 
 /// The time frame of a target: the silence around it that its inverse needs, and the resampling of the result to the output rate.
 #[derive(Clone, Debug)]
@@ -18,6 +23,7 @@ pub(crate) struct Frame {
     pub(crate) target: usize,
     after: usize,
     fade: usize,
+    band: Band,
     resampler: Option<Resampler>,
 }
 
@@ -39,6 +45,7 @@ impl Frame {
             target: target.samples().len(),
             after: rate.samples_in(config.tail),
             fade: rate.samples_in(config.fade),
+            band: config.inverse.band,
             resampler: (rate != config.output_rate)
                 .then(|| Resampler::new(rate, config.output_rate, passband))
                 .transpose()?,
@@ -55,21 +62,37 @@ impl Frame {
         fast_length(self.length())
     }
 
-    /// The target about its mean, with faded ends.
-    ///
-    /// A mean (gravity, an offset of the amplifier) is not part of a texture; faded, it would become a ramp with power in the
-    /// band.
+    /// The target without its offset, with faded ends where a fade is stated.
     ///
     /// # Errors
     /// [`RenderError::Silent`] when nothing is left.
     pub(crate) fn faded<O: Quantity>(&self, target: &Series<O>) -> Result<Vec<f64>, RenderError> {
-        let mean = mean(target.samples());
-        let mut samples: Vec<f64> = target.samples().iter().map(|x| x - mean).collect();
+        let offset = offset(target.samples(), self.rate, self.band);
+        let mut samples: Vec<f64> = target.samples().iter().map(|x| x - offset).collect();
         if peak(&samples) <= 0.0 {
             return Err(RenderError::Silent);
         }
         fade_ends(&mut samples, self.fade);
         Ok(samples)
+    }
+
+    /// By how much the fade changed `target` to `faded`, where that is much.
+    pub(crate) fn fade_loss<O: Quantity>(
+        &self,
+        target: &Series<O>,
+        faded: &[f64],
+    ) -> Option<FadeLoss> {
+        let offset = offset(target.samples(), self.rate, self.band);
+        let whole: Vec<f64> = target.samples().iter().map(|x| x - offset).collect();
+        let change = |of: fn(&[f64]) -> f64| {
+            Decibels::from_amplitude_ratio(of(faded) / of(&whole).max(f64::MIN_POSITIVE))
+        };
+        let loss = FadeLoss {
+            fade: self.rate.duration_of(self.fade),
+            level: change(rms),
+            peak: change(peak),
+        };
+        (loss.level.0.min(loss.peak.0) <= -MUCH.0).then_some(loss)
     }
 
     /// `texture` with the silence around it, as long as the transform.
@@ -83,7 +106,8 @@ impl Frame {
     /// rate.
     pub(crate) fn played(&self, mut samples: Vec<f64>) -> Vec<f64> {
         samples.truncate(self.length());
-        fade_ends(&mut samples, self.fade.min(self.before).min(self.after));
+        let fade = self.rate.samples_in(SILENT_FADE);
+        fade_ends(&mut samples, fade.min(self.before).min(self.after));
         match &self.resampler {
             Some(resampler) => resampler.process(&samples),
             None => samples,
@@ -94,6 +118,21 @@ impl Frame {
     pub(crate) fn rate(&self) -> SampleRate {
         self.rate
     }
+}
+
+/// So many periods of the lowest frequency of a band have a mean of their own that is next to nothing.
+const PERIODS: f64 = 10.0;
+/// The mean of a short effect is an offset where it exceeds its deviations by this factor.
+const OFFSET_RATIO: f64 = 3.0;
+
+/// What is no part of the texture `samples` that is rendered in `band`: its mean (gravity, an offset of the amplifier), which faded or
+/// beside silence would become a ramp or a step with power in the band. A short effect has a mean of its own; only a large one is an
+/// offset.
+pub(crate) fn offset(samples: &[f64], rate: SampleRate, band: Band) -> f64 {
+    let mean = mean(samples);
+    let periods = rate.duration_of(samples.len()).0 * band.low().0;
+    let is_offset = periods >= PERIODS || mean.abs() > OFFSET_RATIO * standard_deviation(samples);
+    if is_offset { mean } else { 0.0 }
 }
 
 /// Raised-cosine fades over `length` samples at both ends, in place.

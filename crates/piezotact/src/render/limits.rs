@@ -1,15 +1,19 @@
 //! The demands of a drive on the device, checked before it is played.
 
-use super::floored;
+use super::{Overload, RenderError, floored};
+use crate::fourier::RealTransform;
 use crate::render::RenderWarning;
 use serde::{Deserialize, Serialize};
 
 use crate::device::{DriveSetup, GainName};
 use crate::number::digits;
-use crate::quantity::{Decibels, Drive, SampleRate};
+use crate::quantity::{Band, Decibels, Drive, Quantity, SampleRate, Unit};
 use crate::series::Series;
 use crate::statistics::{peak, rms};
 use crate::warning::Warning;
+
+/// The name of the limit where no device is described.
+pub(super) const FULL_SCALE: &str = "the digital full scale";
 
 /// Half a step of a 24-bit converter, full scale = 1: smaller values are not played.
 const SMALLEST: f64 = 1.0 / (1_u32 << 24) as f64;
@@ -24,9 +28,9 @@ pub struct Headroom {
     pub rms: f64,
     /// The drive at which the first limit is reached, full scale = 1.
     pub limit: f64,
-    /// The name of that limit.
+    /// The name of the limit that is the tightest for this drive: of amplitude, of slope, or of current.
     pub limited_by: String,
-    /// How far the peak is below the limit, dB; negative when it does not fit. Absent for a drive below half a 24-bit step, which
+    /// How far the drive is below the tightest limit, dB; negative when it does not fit. Absent for a drive below half a 24-bit step, which
     /// no converter plays: the headroom of silence is undefined.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub headroom_db: Option<f64>,
@@ -47,19 +51,31 @@ impl Headroom {
             return "the drive is silent: it is below the resolution of any converter".into();
         };
         let side = if headroom_db >= 0.0 { "below" } else { "above" };
+        let reach = headroom_db.abs();
+        if headroom_db < self.amplitude_db() - 1e-9 {
+            return format!(
+                "peak {} of full scale, {reach:.1} dB {side} the limit of {}",
+                digits(self.peak),
+                self.limited_by
+            );
+        }
         format!(
-            "peak {} of full scale, {:.1} dB {side} the limit of {} ({:.3})",
+            "peak {} of full scale, {reach:.1} dB {side} the limit of {} ({:.3})",
             digits(self.peak),
-            headroom_db.abs(),
             self.limited_by,
             self.limit
         )
     }
 
+    /// How far the peak alone is below its limit, dB.
+    fn amplitude_db(&self) -> f64 {
+        Decibels::from_amplitude_ratio(self.limit / self.peak.max(f64::MIN_POSITIVE)).0
+    }
+
     /// The slope at the actuator and what the amplifier of `setup` follows, V/s, where the slope is beyond it.
     #[must_use]
     pub fn too_steep(&self, setup: Option<&DriveSetup>) -> Option<(f64, f64)> {
-        let (asked, limit) = (self.slope_v_per_s?, setup?.slew_limit_v_per_s());
+        let (asked, limit) = (self.slope_v_per_s?, setup?.slew_limit_v_per_s()?);
         (asked > limit).then_some((asked, limit))
     }
 
@@ -89,8 +105,10 @@ pub fn fitting(drive: &Series<Drive>, setup: Option<&DriveSetup>) -> Series<Driv
 /// The limits of a device for drives at one rate: amplitude and slope, full scale = 1.
 pub(super) struct DriveLimits {
     limit: f64,
-    /// Per second; absent where the device is not described.
+    /// Per second; absent where nothing limits it.
     slope: Option<f64>,
+    /// Over the loudest second; absent where nothing limits it.
+    rms: Option<f64>,
     rate_hz: f64,
 }
 
@@ -98,33 +116,132 @@ impl DriveLimits {
     pub(super) fn of(setup: Option<&DriveSetup>, rate: SampleRate) -> Self {
         Self {
             limit: setup.map_or(1.0, DriveSetup::drive_limit),
-            slope: setup.map(DriveSetup::slew_limit_per_s),
+            slope: setup.and_then(DriveSetup::slew_limit_per_s),
+            rms: setup.and_then(DriveSetup::rms_limit),
             rate_hz: rate.hz(),
         }
     }
 
-    /// The peak and the steepest slope of `drive` re their limits; more than 1 does not fit.
-    fn taken(&self, drive: &[f64]) -> [f64; 2] {
+    /// The peak, the steepest slope and the rms of `drive` re their limits; more than 1 does not fit.
+    pub(super) fn taken(&self, drive: &[f64]) -> [f64; 3] {
         let slope = self.slope.map_or(0.0, |slope| {
             steepest(drive) * self.rate_hz / slope.max(f64::MIN_POSITIVE)
         });
-        [peak(drive) / self.limit, slope]
+        let second = (self.rate_hz as usize).max(1);
+        let rms = self
+            .rms
+            .map_or(0.0, |limit| loudest_rms(drive, second) / limit);
+        [peak(drive) / self.limit, slope, rms]
     }
 
     pub(super) fn holds(&self, drive: &[f64]) -> bool {
         self.taken(drive).iter().all(|taken| *taken <= 1.0)
     }
 
+    /// Why `drive` is refused for the device of `setup`; `None` where it is not.
+    pub(super) fn refused(
+        &self,
+        drive: &[f64],
+        setup: Option<&DriveSetup>,
+        overload: Overload,
+    ) -> Option<RenderError> {
+        let [loud, steep, warm] = self.taken(drive);
+        let fits_at = self.fits_at(drive);
+        let is_refused = overload == Overload::Refuse;
+        if is_refused && loud > 1.0 {
+            return Some(RenderError::ExceedsFullScale {
+                peak: peak(drive),
+                limit: self.limit,
+                limited_by: setup.map_or(FULL_SCALE, DriveSetup::limited_by).into(),
+                fits_at,
+            });
+        }
+        let limit_v_per_s = setup.and_then(DriveSetup::slew_limit_v_per_s);
+        if let Some(limit_v_per_s) = limit_v_per_s.filter(|_| is_refused && steep > 1.0) {
+            return Some(RenderError::ExceedsSlew {
+                asked_v_per_s: steep * limit_v_per_s,
+                limit_v_per_s,
+                fits_at,
+            });
+        }
+        let limit_a = setup.and_then(|setup| setup.device().actuator().limit_current_rms_a);
+        limit_a
+            .filter(|_| warm > 1.0)
+            .map(|limit_a| RenderError::ExceedsCurrent {
+                asked_a: warm * limit_a,
+                limit_a,
+                fits_at,
+            })
+    }
+
+    /// The share of samples of `drive` beyond the limit of amplitude, or reached by a slope beyond that of slope, 0–1.
+    pub(super) fn beyond(&self, drive: &[f64]) -> f64 {
+        let step = self
+            .slope
+            .map_or(f64::INFINITY, |slope| slope / self.rate_hz);
+        let before = std::iter::once(&0.0).chain(drive);
+        let is_beyond =
+            |(x, before): &(&f64, &f64)| x.abs() > self.limit || (*x - *before).abs() > step;
+        drive.iter().zip(before).filter(is_beyond).count() as f64 / drive.len().max(1) as f64
+    }
+
     pub(super) fn is_steeper_than_loud(&self, drive: &[f64]) -> bool {
-        let [loud, steep] = self.taken(drive);
-        steep > loud
+        let [loud, steep, warm] = self.taken(drive);
+        steep > loud.max(warm)
     }
 
     /// The level, re `drive`, at which it fits, to the tenth of a decibel.
     pub(super) fn fits_at(&self, drive: &[f64]) -> Decibels {
-        let [loud, steep] = self.taken(drive);
-        floored(Decibels::from_amplitude_ratio(1.0 / loud.max(steep)))
+        let most = self.taken(drive).into_iter().fold(0.0, f64::max);
+        floored(Decibels::from_amplitude_ratio(1.0 / most))
     }
+}
+
+/// Refuses a vibration `target` (at a rate, within a band, as long as a transform) that moves the actuator of `setup` beyond its
+/// excursion, where that is stated and the vibration is an acceleration.
+///
+/// Formula: x = a/(2πf)², line by line.
+pub(super) fn excursion_within_limit<O: Quantity>(
+    target: &[f64],
+    (rate, band): (SampleRate, Band),
+    setup: Option<&DriveSetup>,
+) -> Result<(), RenderError> {
+    let limit_m = setup.and_then(|setup| setup.device().actuator().limit_excursion_m);
+    let Some(limit_m) = limit_m.filter(|_| O::UNIT == Unit::MetrePerSecondSquared) else {
+        return Ok(());
+    };
+    let mut transform = RealTransform::new(target.len());
+    let mut lines = transform.forward(target);
+    for (k, line) in lines.iter_mut().enumerate() {
+        let hz = k as f64 * rate.hz() / target.len() as f64;
+        *line *= match band.contains(hz) {
+            true => (std::f64::consts::TAU * hz).powi(-2),
+            false => 0.0,
+        };
+    }
+    let asked_m = peak(&transform.inverse(lines));
+    match asked_m > limit_m {
+        true => Err(RenderError::ExceedsExcursion {
+            asked_m,
+            limit_m,
+            fits_at: floored(Decibels::from_amplitude_ratio(limit_m / asked_m)),
+        }),
+        false => Ok(()),
+    }
+}
+
+/// The rms of the loudest `window` samples.
+fn loudest_rms(drive: &[f64], window: usize) -> f64 {
+    let window = window.min(drive.len()).max(1);
+    let (mut sum, mut most) = (0.0, 0.0f64);
+    for (i, sample) in drive.iter().enumerate() {
+        sum += sample * sample;
+        if i >= window {
+            sum -= drive[i - window].powi(2);
+        }
+        most = most.max(sum);
+    }
+    (most / window as f64).sqrt()
 }
 
 /// The largest change from one sample to the next.
@@ -150,7 +267,7 @@ pub(crate) fn cut(drive: &mut [f64], limit: f64) {
 /// The demands of `drive` (full scale = 1) at `rate` re the limits of a device; without a description of the
 /// device only the digital full scale counts.
 ///
-/// Formula: headroom = 20·log10(limit/peak); slope = max|Δ|·rate·gain·volts per full scale.
+/// Formula: headroom = the smallest of 20·log10(limit/peak) and the same of the slope and of the rms over the loudest second; slope = max|Δ|·rate·gain·volts per full scale.
 ///
 /// Source: the description of the device for the limits, see [`DriveSetup`].
 #[must_use]
@@ -158,14 +275,19 @@ pub fn headroom(drive: &[f64], rate: SampleRate, setup: Option<&DriveSetup>) -> 
     let limit = setup.map_or(1.0, DriveSetup::drive_limit);
     let peak = peak(drive);
     let beyond = drive.iter().filter(|sample| sample.abs() > limit).count();
+    let taken = DriveLimits::of(setup, rate).taken(drive);
+    let tighter = taken.into_iter().fold(0.0, f64::max);
     Headroom {
         peak,
         rms: rms(drive),
         limit,
-        limited_by: setup
-            .map_or("the digital full scale", DriveSetup::limited_by)
-            .into(),
-        headroom_db: (peak >= SMALLEST).then(|| Decibels::from_amplitude_ratio(limit / peak).0),
+        limited_by: match taken {
+            [loud, steep, warm] if steep > loud.max(warm) => "the slope that the amplifier follows",
+            [loud, _, warm] if warm > loud => "the rms current of the actuator",
+            _ => setup.map_or(FULL_SCALE, DriveSetup::limited_by),
+        }
+        .into(),
+        headroom_db: (peak >= SMALLEST).then(|| Decibels::from_amplitude_ratio(1.0 / tighter).0),
         clipped_fraction: beyond as f64 / drive.len().max(1) as f64,
         slope_v_per_s: setup.map(|setup| {
             let input = setup.volts_per_full_scale * setup.device().input().divider;
@@ -218,8 +340,9 @@ pub fn gains_for(headroom: &Headroom, setup: &DriveSetup) -> Vec<GainFit> {
             Some(GainFit {
                 gain: gain.name.clone(),
                 headroom_db: (!silent).then(|| below(other.drive_limit(), peak)),
-                slew_headroom_db: (!silent && slope > 0.0)
-                    .then(|| below(other.slew_limit_v_per_s(), slope)),
+                slew_headroom_db: (other.slew_limit_v_per_s())
+                    .filter(|_| !silent && slope > 0.0)
+                    .map(|limit| below(limit, slope)),
             })
         })
         .collect()

@@ -30,6 +30,16 @@ pub enum RenderWarning {
         percent(*share)
     )]
     PowerOutsideBand { share: f64, band: Band },
+    /// The fade at both ends takes much of a short or abrupt texture.
+    #[error(
+        "the fade of {:.0} ms at both ends changes the level of the texture by {level_db:.1} dB and its peak by {peak_db:.1} dB; render it             without a fade",
+        fade_s * 1e3
+    )]
+    Faded {
+        fade_s: f64,
+        level_db: f64,
+        peak_db: f64,
+    },
     /// A part of the band is not reached, or not compared.
     #[error("{} of the band{} {why}; {}", percent(*share), in_bands(bands), why.advice())]
     BandPartLost {
@@ -51,9 +61,15 @@ pub enum PartLost {
     GivenUp,
     /// Frequencies that were intentionally attenuated so that the drive fits.
     #[error(
-        "was attenuated by more than 0.5 dB so that the drive fits, and the vibration there is too weak"
+        "was attenuated by more than 0.5 dB so that the drive fits{}; the vibration there is too weak",
+        beyond_limit.map_or(String::new(), |beyond| format!(", for the {} of its samples that exceeded a limit of the device", percent(beyond)))
     )]
-    TurnedDown { fits_at_db: f64 },
+    TurnedDown {
+        fits_at_db: f64,
+        /// The share of samples of the drive for the whole band that exceed a limit, 0–1; absent for a corrected drive.
+        #[serde(skip_serializing_if = "Option::is_none", default)]
+        beyond_limit: Option<f64>,
+    },
     /// Lines of the target that the sensor's noise hides.
     #[error(
         "holds a target below the noise of the sensor: most of the error there is noise, and little of it can be corrected"
@@ -72,8 +88,11 @@ impl PartLost {
     fn advice(&self) -> String {
         match self {
             Self::GivenUp => "narrow the band, or measure the transfer function again".into(),
-            Self::TurnedDown { fits_at_db } => {
-                format!("lower the level by {:.1} dB", -fits_at_db)
+            Self::TurnedDown { fits_at_db, .. } => {
+                format!(
+                    "lower the level by {:.1} dB to keep the whole band",
+                    -fits_at_db
+                )
             }
             Self::TargetInNoise => "raise the level, or use a sensor with less noise".into(),
             Self::HiddenByNoise { .. } => "use a sensor with less noise".into(),

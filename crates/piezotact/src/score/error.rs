@@ -18,9 +18,13 @@ pub enum ScoreError {
         /// Where the signals end.
         highest: Hertz,
     },
-    /// Shorter than a segment of the spectra.
+    /// Shorter than any effect; or than a segment of the spectra, where it is no effect with silence around it.
     #[error(
-        "expected {what} to last {needed:.2} or longer, found {found:.3}; record longer, or loop it"
+        "expected {what} to last {} or longer, found {found:.3}; record longer, or loop it",
+        match needed.0 < 0.1 {
+            true => format!("{needed:.3}"),
+            false => format!("{needed:.2}"),
+        }
     )]
     TooShort {
         /// Which of the two.

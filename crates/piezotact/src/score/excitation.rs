@@ -93,6 +93,23 @@ impl Waveform {
         })
     }
 
+    /// What Gaussian noise of the spectra of `self` and `other` would scatter by, of which the share `independent`, 0–1, is not common to
+    /// both.
+    pub(super) fn scatter_of_noise<'a>(
+        &'a self,
+        other: &'a Self,
+        welch: &WelchConfig,
+        independent: f64,
+    ) -> Evidence<'a> {
+        let times = 1.0 / independent.max(1e-6);
+        Evidence::Noise {
+            plan: &self.plan,
+            psd: [&self.psd, &other.psd],
+            kinship: line_kinship(welch),
+            averages: [self.averages * times, other.averages * times],
+        }
+    }
+
     fn units(&self) -> Units {
         Units {
             each: self.each.clone(),
@@ -160,12 +177,7 @@ pub(super) fn evidence<'a>(
         } else {
             None
         };
-        scales.push(fine.unwrap_or_else(|| Evidence::Noise {
-            plan: &a.1.plan,
-            psd: [&a.1.psd, &b.1.psd],
-            kinship: line_kinship(welch),
-            averages: [a.1.averages, b.1.averages],
-        }));
+        scales.push(fine.unwrap_or_else(|| a.1.scatter_of_noise(b.1, welch, 1.0)));
     }
     for count in PARTS {
         scales.extend(of_parts(count)?);

@@ -5,6 +5,7 @@
 //! by band, in m/s² over the detection threshold, and counts differences in JND of level and of frequency. Waveform
 //! similarity and the indices of the literature are reported as well.
 
+mod active;
 mod error;
 mod excitation;
 pub mod literature;
@@ -15,6 +16,7 @@ mod verdict;
 mod warning;
 mod waveform;
 
+use active::Compared;
 pub use error::ScoreError;
 use excitation::{Plans, Waveform as Segments, evidence, parts, spread};
 use serde::{Deserialize, Serialize};
@@ -220,7 +222,9 @@ pub const MEMORY_BYTES_A_SAMPLE: usize = 110;
 /// The perceptual distance of `test` from `reference` in JND, and whether they can be distinguished.
 ///
 /// Where one waveform follows the other (correlation above 0.5 either way over four fifths of the shorter, above 0.8 over less)
-/// they are aligned, and the time that they share is compared; or else all of each.
+/// they are aligned, and the time that they share is compared; or else all of each. Silence of 50 ms or more before and after a
+/// vibration (30 dB below its loudest 5 ms) is left out, with a warning; a vibration shorter than a segment is compared by one
+/// segment around it, at the level of its own duration.
 ///
 /// Formulas: excitation e = Σ S(f)/a(f)²·Δf, a the detection threshold, spread over third octaves as
 /// [`ScoreConfig::spreading`] says. What lies below a floor is lifted to it: 1 (the threshold) for the sum over all bands, and
@@ -239,7 +243,8 @@ pub const MEMORY_BYTES_A_SAMPLE: usize = 110;
 /// # Errors
 /// [`ScoreError::Rate`] when the rates differ, [`ScoreError::BandAboveNyquist`], [`ScoreError::Jnd`] when a JND is not
 /// above zero, [`ScoreError::Silent`] when either holds nothing in the band, [`ScoreError::NoBand`] when the band
-/// lies below 1 Hz, [`ScoreError::TooShort`] when either is shorter than a segment.
+/// lies below 1 Hz, [`ScoreError::TooShort`] when either is shorter than 5 ms, or less than a segment of a longer vibration is left to
+/// compare.
 ///
 /// ```
 /// use piezotact::quantity::{Acceleration, Band, Decibels, Hertz, SampleRate};
@@ -290,11 +295,8 @@ fn scored(
         });
     }
     let (waveform, shared) = waveforms(reference, test, config.band, &mut warnings);
-    let shared = shared.filter(|[a, _]| a.samples().len() >= config.welch.segment);
-    let (extent, reference, test) = match &shared {
-        Some([a, b]) => (Extent::SharedPart, a, b),
-        None => (Extent::WholeOfEach, reference, test),
-    };
+    let found = Compared::of([reference, test], shared, config, &mut warnings)?;
+    let (extent, [reference, test]) = (found.extent, &found.series);
     let rate_hz = reference.rate().hz();
     let bands = config.band.third_octaves();
     if bands.is_empty() {
@@ -305,13 +307,22 @@ fn scored(
     let a = excited("the reference", reference, &plans, config)?;
     let b = excited("the test", test, &plans, config)?;
     let segments = a.segments().min(b.segments());
-    let scales = evidence([(reference, &a), (test, &b)], extent, &plans, &config.welch)?;
+    let scales = match found.is_short {
+        true => vec![a.scatter_of_noise(&b, &config.welch, found.independent(waveform.as_ref()))],
+        false => evidence([(reference, &a), (test, &b)], extent, &plans, &config.welch)?,
+    };
     let (a, b) = (&a.mean, &b.mean);
-    let found = differences(a, b, &model, &scales);
-    let score = found.largest();
-    let bands = band_scores(&bands, a, b, &found, &model);
-    let within_jnd = within(reference, test, &plans, &config.welch)?;
-    let over_time = over_time(reference, test, &plans)?;
+    let apart = differences(a, b, &model, &scales);
+    let score = apart.largest();
+    let bands = band_scores(&bands, a, b, &apart, &model);
+    // A short effect has no halves that are alike, and no level that changes.
+    let (within_jnd, over_time) = match found.is_short {
+        true => (None, None),
+        false => (
+            within(reference, test, &plans, &config.welch)?,
+            over_time(reference, test, &plans)?,
+        ),
+    };
     let criteria = verdict::criteria(
         score,
         (extent, within_jnd),
@@ -324,7 +335,7 @@ fn scored(
         balance,
         wanders,
         ..
-    } = found;
+    } = apart;
 
     warnings.extend(warnings_about([reference, test], [a, b], segments));
     warnings.extend(model.warnings());
@@ -336,7 +347,6 @@ fn scored(
     let modulation = over_time.map(|[a, b]| [a.db, b.db]);
     let literature = computed(indices(reference, test), &mut warnings);
     let power = |x: &Excitation| x.power.iter().sum::<f64>();
-    let shorter = reference.duration().0.min(test.duration().0);
     let mut found = Score {
         score,
         sentence: String::new(),
@@ -348,7 +358,7 @@ fn scored(
                 (balance, b.log_centroid() > a.log_centroid()),
             ],
             &bands,
-            Seconds(shorter),
+            Seconds(found.shorter_s),
         ),
         criteria,
         within_jnd,
@@ -455,9 +465,9 @@ fn refuse(
             highest: rate.nyquist(),
         });
     }
-    let needed = rate.duration_of(config.welch.segment);
+    let needed = active::SHORTEST;
     for (what, x) in [("the reference", reference), ("the test", test)] {
-        if x.samples().len() < config.welch.segment {
+        if x.duration().0 < needed.0 {
             return Err(ScoreError::TooShort {
                 what,
                 needed,
@@ -621,3 +631,6 @@ fn over_time(
     let of = |x| spread(x, plans, SHORT_TIME);
     Ok(of(reference)?.zip(of(test)?).map(|(a, b)| [a, b]))
 }
+
+#[cfg(test)]
+mod short_tests;

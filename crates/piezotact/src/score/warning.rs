@@ -12,6 +12,15 @@ pub enum ScoreWarning {
     /// A vibration below the detection threshold.
     #[error("{signal} is {:.1} dB below the detection threshold: it is not felt; check its unit and scale; raise the level", -level_db)]
     NotFelt { signal: String, level_db: f64 },
+    /// Silence around a vibration that is no part of it.
+    #[error(
+        "{silence_s:.3} s of silence before and after {signal} are left out, and {kept_s:.3} s are scored; check that nothing that is felt was left out"
+    )]
+    SilenceExcluded {
+        signal: String,
+        silence_s: f64,
+        kept_s: f64,
+    },
     /// A value of a score that is not given, or is beyond its range.
     #[error("{what}; {}", what.advice())]
     NotComputed {

@@ -37,7 +37,7 @@ pub enum Extent {
 /// From this correlation on, of either sign, one waveform follows the other over nearly all of the shorter one.
 const FOLLOWS: f64 = 0.5;
 /// So much of the shorter one.
-const NEARLY_ALL: f64 = 0.8;
+pub(super) const NEARLY_ALL: f64 = 0.8;
 /// From this correlation on it follows over whatever they share: events that happen to coincide do not correlate so well.
 const FOLLOWS_IN_PART: f64 = 0.8;
 

@@ -324,10 +324,10 @@ fn origin<I: Quantity, O: Quantity>(function: &TransferFunction<I, O>) -> Vec<Fa
         Fact::new(
             "device",
             format!(
-                "gain {}, {:.3} V at full scale, {:.0} nF",
+                "gain {}, {:.3} V at full scale, {}",
                 setup.gain,
                 setup.volts_per_full_scale,
-                setup.load_f * 1e9
+                setup.load()
             ),
         )
     }));

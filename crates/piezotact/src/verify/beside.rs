@@ -44,7 +44,7 @@ pub fn beside(
     let rate = SampleRate::new(verification.rate_hz)?;
     let drive = resample(drive, rate)?;
     let limited = in_band(drive.samples(), rate, verification.band_hz);
-    let later = (lead.0 * rate.hz()).round() as i64;
+    let later = ((lead.0 - verification.silence_s) * rate.hz()).round() as i64;
     let count = verification.target.len();
     let moved: Vec<f64> = (0..count as i64)
         .map(|i| {

@@ -1,6 +1,7 @@
 //! The intended target (with the fades and band of its rendering), and the measurement aligned to its time and clock.
 
 use std::borrow::Cow;
+use std::ops::Range;
 
 use super::align::{Aligned, align, first, in_band, in_bands};
 use super::clock::{self, Clock};
@@ -8,19 +9,73 @@ use super::lines::Floor;
 use super::{FOLLOWS, VerifyConfig, VerifyError, nmse_db};
 use crate::fourier::{RealTransform, fast_length};
 use crate::quantity::{Band, Quantity, SampleRate};
-use crate::render::fade_ends;
+use crate::render::{fade_ends, offset};
 use crate::series::Series;
 use crate::statistics::{mean, rms};
 
-/// The target as the rendering intended to play it: mean removed, faded, within its band.
+/// A target, and the silence that was put around it.
+pub(super) struct Asked<Q: Quantity> {
+    /// The target; a short one without its offset, with the silence around it.
+    pub(super) series: Series<Q>,
+    /// Samples of silence on either side.
+    pub(super) silence: usize,
+    /// Samples of the target itself.
+    pub(super) target: usize,
+}
+
+impl<Q: Quantity> Asked<Q> {
+    /// `target` with half a `segment` of silence on either side where it is shorter than two: the window of a segment would hide its
+    /// ends, which are most of a short effect.
+    pub(super) fn of(target: Series<Q>, config: &VerifyConfig) -> Result<Self, VerifyError> {
+        let (count, segment) = (target.samples().len(), config.welch.segment);
+        if count >= 2 * segment {
+            return Ok(Self {
+                series: target,
+                silence: 0,
+                target: count,
+            });
+        }
+        let silence = segment.saturating_sub(count / 2).max(segment.div_ceil(2));
+        let (rate, about) = (target.rate(), offset_of(&target, config));
+        let mut samples = vec![0.0; count + 2 * silence];
+        for (place, x) in samples[silence..].iter_mut().zip(target.samples()) {
+            *place = x - about;
+        }
+        Ok(Self {
+            series: Series::new(samples, rate)?,
+            silence,
+            target: count,
+        })
+    }
+
+    /// Samples of the target itself within `compared`.
+    pub(super) fn measured(&self, compared: &Range<usize>) -> usize {
+        let to = compared.end.min(self.silence + self.target);
+        to.saturating_sub(compared.start.max(self.silence))
+    }
+}
+
+/// The offset of `target` as its rendering takes it away.
+fn offset_of<Q: Quantity>(target: &Series<Q>, config: &VerifyConfig) -> f64 {
+    let band = config
+        .rendered
+        .map_or(config.band, |rendered| rendered.band);
+    offset(target.samples(), target.rate(), band)
+}
+
+/// The target as the rendering intended to play it: without its offset, faded, within its band.
 pub(super) fn intended_target<Q: Quantity>(
-    asked: &Series<Q>,
+    asked: &Asked<Q>,
     config: &VerifyConfig,
 ) -> Result<Series<Q>, VerifyError> {
-    let rate = asked.rate();
-    let about = mean(asked.samples());
-    let mut samples: Vec<f64> = asked.samples().iter().map(|x| x - about).collect();
-    fade_ends(&mut samples, rate.samples_in(config.fade));
+    let rate = asked.series.rate();
+    let about = match asked.silence {
+        0 => offset_of(&asked.series, config),
+        _ => 0.0,
+    };
+    let mut samples: Vec<f64> = asked.series.samples().iter().map(|x| x - about).collect();
+    let texture = &mut samples[asked.silence..asked.silence + asked.target];
+    fade_ends(texture, rate.samples_in(config.fade));
     if let Some(kept) = config.rendered {
         let (count, rate_hz) = (samples.len(), rate.hz());
         let n = fast_length(2 * count);

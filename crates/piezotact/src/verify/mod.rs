@@ -88,6 +88,9 @@ pub struct Verification {
     pub waveform_nmse_db: f64,
     /// How much later the measurement is than the target, s.
     pub delay_s: f64,
+    /// The silence on either side of a target that is shorter than two segments, s, which belongs to what is compared.
+    #[serde(skip_serializing_if = "is_none")]
+    pub silence_s: f64,
     /// The share of samples at a limit, of the sensor or of the device, 0–1.
     pub clipped_fraction: f64,
     /// The level re the target at which it was intentionally rendered, dB.
@@ -238,9 +241,9 @@ pub const MEMORY_BYTES_A_SAMPLE: usize = 260;
 /// How close `measured` came to `target`, two series of one quantity at one rate, and whether that is close enough.
 ///
 /// The target is compared as it was intended to be played: mean removed, at its level, with the fades and the band of its
-/// rendering. Both are limited to the band. The delay is found by cross-correlation to a fraction of a sample and removed, as are
-/// clock drift and lost samples where the delay shows them; then the PSDs are compared line by line and the
-/// waveforms sample by sample. The verdict follows from [`Verification::criteria`].
+/// rendering. One that is shorter than two segments of its spectrum is compared with the silence around it. Both are limited to
+/// the band. The delay is found by cross-correlation to a fraction of a sample and removed, as are clock drift and lost samples
+/// where the delay shows them; then the PSDs are compared line by line and the waveforms sample by sample. The verdict follows from [`Verification::criteria`].
 ///
 /// Formulas: `error = 10·log10(S_measured/S_target)`; level = 20·log10 of the rms ratio in the band;
 /// correlation = Σtm/√(Σt²·Σm²); NMSE = 10·log10(Σ(m − t)²/Σt²). The criteria use the same with the sensor's noise, as it
@@ -260,7 +263,7 @@ pub fn verify<Q: Quantity>(
 ) -> Result<Verification, VerifyError> {
     refuse(target.rate(), measured.response.rate(), config.band)?;
     let rate = target.rate();
-    let asked = target.clone().amplified(config.level);
+    let asked = intended::Asked::of(target.clone().amplified(config.level), config)?;
     let intended = intended::intended_target(&asked, config)?;
     let synchronised = intended::synchronised(&intended, measured.response, config.band)?;
     let aligned = &synchronised.aligned;
@@ -294,7 +297,7 @@ pub fn verify<Q: Quantity>(
     let added_power = lines.added / in_band.max(f64::MIN_POSITIVE);
     let mut warnings: Warnings = target_psd.warnings.iter().cloned().collect();
     warnings.extend(lines.no_target());
-    warnings.extend(cut(compared.len(), target));
+    warnings.extend(cut(asked.measured(&compared), target));
     warnings.extend(measured.clipping.warnings.iter().cloned());
     warnings.extend(waveforms.inverted());
     let achievable = config
@@ -308,7 +311,7 @@ pub fn verify<Q: Quantity>(
         left_out,
     } = judgement(
         &synchronised,
-        [&asked, &intended],
+        (&asked, &intended),
         &measured,
         &achievable_band_hz,
         config,
@@ -328,7 +331,8 @@ pub fn verify<Q: Quantity>(
         level_error_db: waveforms.level_error_db,
         waveform_correlation: waveforms.correlation,
         waveform_nmse_db: waveforms.nmse_db,
-        delay_s: aligned.delay.0,
+        delay_s: aligned.delay.0 + rate.duration_of(asked.silence).0,
+        silence_s: rate.duration_of(asked.silence).0,
         clipped_fraction: measured.clipping.fraction,
         level_db: config.level.0,
         added_power,
@@ -354,6 +358,11 @@ pub fn verify<Q: Quantity>(
         sensation_db: None,
         warnings,
     })
+}
+
+/// Whether no silence was put around a target.
+fn is_none(silence_s: &f64) -> bool {
+    *silence_s <= 0.0
 }
 
 fn refuse(target: SampleRate, measured: SampleRate, band: Band) -> Result<(), VerifyError> {
@@ -415,7 +424,7 @@ impl Waveforms {
 /// The criteria for a measurement of the `intended` target, which was `asked` for before the fades and the band of its rendering.
 fn judgement<Q: Quantity>(
     Synchronised { aligned, clock }: &Synchronised,
-    [asked, intended]: [&Series<Q>; 2],
+    (asked, intended): (&intended::Asked<Q>, &Series<Q>),
     measured: &Measured<'_, Q>,
     achievable: &[Band],
     config: &VerifyConfig,
@@ -431,7 +440,7 @@ fn judgement<Q: Quantity>(
     let floor = intended::floor(intended, response, aligned, config.band);
     let waveforms = intended::judged_waveforms(aligned, judged, rate, config.band);
     let asked_psd = WelchPlan::new(&config.welch, rate)?
-        .estimate::<Q>(&[&asked.samples()[compared.clone()]])?;
+        .estimate::<Q>(&[&asked.series.samples()[compared.clone()]])?;
     Ok(judge::judge(&Evidence {
         pair: &Pair::of(
             &aligned.target_in_band[compared.clone()],
@@ -452,7 +461,7 @@ fn judgement<Q: Quantity>(
         ],
         floor: floor.as_ref(),
         judged,
-        covered: compared.len() as f64 / asked.samples().len() as f64,
+        covered: asked.measured(&compared) as f64 / asked.target as f64,
         clipped: measured.clipping.fraction,
         clipped_drive: measured.clipping.of_the_drive,
         frozen_s: frozen(response, aligned),
@@ -507,6 +516,8 @@ fn bridged<Q: Quantity>(response: &Series<Q>, aligned: &align::Aligned) -> f64 {
 mod alike_tests;
 #[cfg(test)]
 mod drop_out_tests;
+#[cfg(test)]
+mod short_tests;
 #[cfg(test)]
 mod tests;
 #[cfg(test)]

@@ -15,7 +15,7 @@ use piezotact_dataset::{Contents, read_transfer};
 use piezotact_haptic::envelope::EnvelopeConfig;
 use piezotact_haptic::{
     HapticClip, HapticMetadata, HjifReferenceDevice, HjifTexture, ahap_of, clip_of, date_of,
-    piezo_device,
+    reference_device,
 };
 
 use super::{Format, Written, named};
@@ -129,7 +129,7 @@ fn device(args: &Export, contents: &Contents) -> Outcome<HjifReferenceDevice> {
             .rendering
             .as_ref()
             .map(|made| made.config.inverse.band);
-        return Ok(piezo_device(setup, band, None));
+        return Ok(reference_device(setup, band, None));
     };
     let function = read_transfer(path)?.function::<Drive, Acceleration>(path)?;
     let rendered = Band::new(Hertz(20.0), Hertz(1000.0))?;
@@ -138,7 +138,11 @@ fn device(args: &Export, contents: &Contents) -> Outcome<HjifReferenceDevice> {
         .and_then(|excited| excited.common(rendered))
         .unwrap_or(rendered);
     let setup = function.drive.as_ref();
-    Ok(piezo_device(setup, Some(band), function.strongest_hz(band)))
+    Ok(reference_device(
+        setup,
+        Some(band),
+        function.strongest_hz(band),
+    ))
 }
 
 /// What a texture is, in a line.

@@ -103,17 +103,20 @@ fn run_text(run: &RunInfo) -> String {
 fn device(path: &Path) -> Outcome<Kept<'_>> {
     let device = read_device(&path.to_string_lossy())?;
     let mut text = format!(
-        "{}\n  the description of a device: {}, {:.0} nF",
+        "{}\n  the description of a device: {}, {}",
         path.display(),
         device.name(),
-        device.actuator().capacitance_f * 1e9
+        device.actuator().load()
     );
     for gain in device.gains() {
         text += &format!(
-            "\n  gain {gain}: ratio {:.4}, limit {} V peak, slew limit {:.0} V/s with the actuator",
+            "\n  gain {gain}: ratio {:.4}, limit {} V peak, {}",
             gain.voltage_ratio(),
             gain.limit_v,
-            gain.slew_limit_v_per_s(device.actuator().capacitance_f)
+            match gain.slew_limit_v_per_s(device.actuator().capacitance_f) {
+                Some(slope) => format!("slew limit {slope:.0} V/s with the actuator"),
+                None => "no slew limit".into(),
+            }
         );
     }
     text +=

@@ -11,7 +11,7 @@ use anyhow::anyhow;
 use piezotact::checksum::Checksum;
 use piezotact::device::{DeviceDescription, DriveSetup};
 use piezotact::lineage::{Lineage, Operation, Step};
-use piezotact::quantity::{Acceleration, Decibels, Drive, Measure, SampleRate, Unit};
+use piezotact::quantity::{Acceleration, Decibels, Drive, Measure, SampleRate, Seconds, Unit};
 use piezotact::recording::{About, Annotations};
 use piezotact::render::{
     self, Inverse, Overload, PhaseForm, RenderConfig, RenderError, RenderedDrive, gains_for,
@@ -330,9 +330,8 @@ pub(super) fn config_of(args: &Render) -> Outcome<RenderConfig> {
     let mut config = RenderConfig::over(args.band, rate);
     if args.allow_clipping {
         config.clipping = Overload::Allow;
-    } else if args.level == Level::Fit {
-        config.steep = Overload::Refuse;
     }
+    config.fade = Seconds(args.fade);
     config.inverse.inverse = match args.inverse {
         InverseName::Plain => Inverse::Plain,
         InverseName::Constant => Inverse::Constant,
@@ -474,16 +473,20 @@ impl Asked<'_> {
             ))
             .into();
         }
+        let is_of_drive = !matches!(error, RenderError::ExceedsExcursion { .. });
+        let may_pass = is_of_drive && !matches!(error, RenderError::ExceedsCurrent { .. });
+        let limited = match is_of_drive {
+            true => ", --inverse drive-limited reduces what needs the largest drive",
+            false => "",
+        };
+        let allowed = match may_pass && self.args.mode.is_none() {
+            true => ", --allow-clipping accepts the drive",
+            false => "",
+        };
         let failure = Failure::Data(anyhow!(
-            "{}: {error}: --level {level:.1} fits{}, --level fit finds this level, --inverse drive-limited reduces what needs \
-             the largest drive{}",
+            "{}: {error}: --level {level:.1} fits{}, --level fit finds this level{limited}{allowed}",
             self.job.target.display(),
             self.other_gain(target).unwrap_or_default(),
-            if self.args.mode.is_none() {
-                ", --allow-clipping clips the drive"
-            } else {
-                ""
-            }
         ));
         Refused {
             failure,
@@ -496,7 +499,6 @@ impl Asked<'_> {
         let setup = self.function.drive.as_ref()?;
         let beyond = RenderConfig {
             clipping: Overload::Allow,
-            steep: Overload::Allow,
             ..self.config.clone()
         };
         let headroom = render::render(target, self.function, &beyond)

@@ -343,6 +343,7 @@ impl Fit {
                 share,
                 why: PartLost::TurnedDown {
                     fits_at_db: fits_at.0,
+                    beyond_limit: None,
                 },
             })
         });

@@ -222,13 +222,12 @@ fn opened(
 ) -> Result<(RenderedDrive, RenderFindings), RenderError> {
     let mut open = config.render.clone();
     open.clipping = Overload::Allow;
-    open.steep = Overload::Allow;
     if open.inverse.inverse == Inverse::DriveLimited {
         open.inverse.inverse = Inverse::Constant;
     }
     let (mut first, mut findings) = render_with_findings(target, function, &open)?;
     first.config = config.render.clone();
-    findings.is_clipped = false;
+    findings.clipped_at = None;
     findings.too_steep = None;
     Ok((first, findings))
 }
@@ -239,7 +238,7 @@ fn refused(correction: &mut Correction<Acceleration>, setup: Option<&DriveSetup>
     if let (false, Some(setup), Some(steep)) = (loud, setup, correction.too_steep()) {
         return RenderError::ExceedsSlew {
             asked_v_per_s: steep * setup.actuator_v_per_full_scale(),
-            limit_v_per_s: setup.slew_limit_v_per_s(),
+            limit_v_per_s: setup.slew_limit_v_per_s().unwrap_or(f64::INFINITY),
             fits_at: correction.fits_at(),
         };
     }

@@ -1,0 +1,101 @@
+//! Short effects in recordings that hold silence before and after them.
+
+use std::f64::consts::TAU;
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+
+use super::*;
+use crate::quantity::SampleRate;
+
+const RATE_HZ: f64 = 5000.0;
+
+/// A decaying tone of `hz` that begins at `peak_m_s2`, in 2 s of the noise of a sensor (5 mm/s²).
+fn recorded(seconds: f64, peak_m_s2: f64, hz: f64, seed: u64) -> Series<Acceleration> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut uniform = || (rng.next_u64() >> 11) as f64 * 2f64.powi(-52) - 1.0;
+    let mut samples: Vec<f64> = (0..10_000).map(|_| 0.0087 * uniform()).collect();
+    for i in 0..(seconds * RATE_HZ) as usize {
+        let t_s = i as f64 / RATE_HZ;
+        samples[3000 + i] += peak_m_s2 * (-t_s / (0.3 * seconds)).exp() * (TAU * hz * t_s).cos();
+    }
+    Series::new(samples, SampleRate::new(RATE_HZ).unwrap()).unwrap()
+}
+
+fn scored(reference: &Series<Acceleration>, test: &Series<Acceleration>) -> Score {
+    let band = Band::new(Hertz(20.0), Hertz(1000.0)).unwrap();
+    score(reference, test, &ScoreConfig::over(band, RATE_HZ)).unwrap()
+}
+
+/// A click of 10 m/s² used to be 20 dB below the threshold, because 2 s of silence were averaged with it.
+#[test]
+fn a_click_is_scored_without_the_silence_around_it() {
+    for seconds in [0.005, 0.02, 0.08, 0.3] {
+        let click = recorded(seconds, 10.0, 220.0, 1);
+        let same = scored(&click, &recorded(seconds, 10.0, 220.0, 2));
+        assert!(
+            same.reference_sensation_db > 10.0,
+            "{seconds} s: {}",
+            same.reference_sensation_db
+        );
+        assert_eq!(
+            same.verdict,
+            Verdict::BelowJnd,
+            "{seconds} s: {}",
+            same.sentence
+        );
+        let kept = same.warnings.iter().find_map(|one| match one.kind() {
+            Some(ScoreWarning::SilenceExcluded { kept_s, .. }) => Some(kept_s),
+            _ => None,
+        });
+        assert!(
+            kept.is_some_and(|kept_s| kept_s < seconds + 0.03),
+            "{seconds} s: {kept:?}"
+        );
+        let softer = scored(&click, &recorded(seconds, 5.0, 220.0, 2));
+        assert!(
+            matches!(softer.verdict, Verdict::Distinguishable { .. }),
+            "{seconds} s: {}",
+            softer.sentence
+        );
+        assert!(
+            (softer.level_error_db + 6.0).abs() < 0.5,
+            "{seconds} s: {}",
+            softer.level_error_db
+        );
+    }
+}
+
+/// The level of a vibration does not depend on how much silence was recorded with it.
+#[test]
+fn silence_does_not_change_a_level() {
+    let whole = recorded(0.3, 10.0, 220.0, 1);
+    let part = |from: usize, to: usize| {
+        Series::<Acceleration>::new(whole.samples()[from..to].to_vec(), whole.rate()).unwrap()
+    };
+    let alone = part(3000, 4500);
+    let level = |x: &Series<Acceleration>| scored(x, x).reference_sensation_db;
+    let (own, padded) = (level(&alone), level(&whole));
+    assert!((own - padded).abs() < 1.0, "{own} {padded}");
+}
+
+/// A cut of a longer vibration says little of it, however well it follows: it is refused by its own name.
+#[test]
+fn a_short_cut_of_a_longer_vibration_is_refused() {
+    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    let mut uniform = || (rng.next_u64() >> 11) as f64 * 2f64.powi(-52) - 1.0;
+    let samples: Vec<f64> = (0..50_000).map(|_| uniform()).collect();
+    let rate = SampleRate::new(RATE_HZ).unwrap();
+    let whole = Series::<Acceleration>::new(samples.clone(), rate).unwrap();
+    let cut = Series::new(samples[..2_000].to_vec(), rate).unwrap();
+    let band = Band::new(Hertz(20.0), Hertz(1000.0)).unwrap();
+    let config = ScoreConfig::over(band, RATE_HZ);
+    for (pair, name) in [
+        ([&whole, &cut], "the test"),
+        ([&cut, &whole], "the reference"),
+    ] {
+        let said = score(pair[0], pair[1], &config).unwrap_err().to_string();
+        let expected = [name, "0.82 s", "0.400 s", "record longer"];
+        assert!(expected.iter().all(|part| said.contains(part)), "{said}");
+    }
+}
