@@ -233,7 +233,6 @@ fn drive_limited_says_how_few_samples_it_gives_the_band_up_for() {
             _ => None,
         });
     let (share, fits_at_db, beyond) = said.unwrap();
-    println!("{share:.3} of the band for {beyond:.5} of the samples, fits at {fits_at_db:.1} dB");
     assert!(
         share > 0.15 && beyond > 0.0 && beyond < 0.01,
         "{share} {beyond}"

@@ -59,6 +59,15 @@ pub(super) enum Fact {
     False,
 }
 
+/// Whether something has to be said.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Due {
+    /// Of a right study, always.
+    Said,
+    /// Nothing is lost where it is not said.
+    Open,
+}
+
 /// One conclusion.
 #[derive(Clone, Debug)]
 pub(super) struct Conclusion {
@@ -125,17 +134,11 @@ impl Truth<'_> {
     }
 
     /// `fact` where something is said; what is not said is withheld where it has to be.
-    fn judged(
-        &self,
-        about: About,
-        said: Option<bool>,
-        has_to_be: bool,
-        words: [String; 2],
-    ) -> Conclusion {
+    fn judged(&self, about: About, said: Option<bool>, due: Due, words: [String; 2]) -> Conclusion {
         let fact = match said {
             Some(true) => Fact::Right,
             Some(false) => Fact::False,
-            None if has_to_be && self.is == Is::Right => Fact::Withheld,
+            None if due == Due::Said && self.is == Is::Right => Fact::Withheld,
             None => Fact::Silent,
         };
         let [said, truth] = words;
@@ -196,7 +199,11 @@ impl Truth<'_> {
                 .collect::<Vec<_>>()
                 .join(", "),
         };
-        self.judged(About::Period, said, !periods.is_empty(), [words, truth])
+        let due = match periods.as_slice() {
+            [] => Due::Open,
+            _ => Due::Said,
+        };
+        self.judged(About::Period, said, due, [words, truth])
     }
 
     /// Samples of one surface are no more than below the JND; those of others are distinguishable. Of copies and mixtures nothing can be said.
@@ -240,7 +247,8 @@ impl Truth<'_> {
                 pair.outcome.word(),
                 pair.distance_jnd
             );
-            self.judged(About::Pair, said, same.is_some(), [words, truth.into()])
+            let due = same.map_or(Due::Open, |_| Due::Said);
+            self.judged(About::Pair, said, due, [words, truth.into()])
         });
         pairs.collect()
     }
@@ -341,8 +349,11 @@ impl Truth<'_> {
         );
         let truth_text = truth.map_or("none".into(), |truth| format!("{truth:.2}"));
         // Three points have intervals that say little.
-        let has_to_be = found.points > 3 && truth.is_some_and(|truth| truth.abs() > EXPONENT_OFF);
-        Some(self.judged(About::Slope, said, has_to_be, [words, truth_text]))
+        let due = match truth {
+            Some(truth) if found.points > 3 && truth.abs() > EXPONENT_OFF => Due::Said,
+            _ => Due::Open,
+        };
+        Some(self.judged(About::Slope, said, due, [words, truth_text]))
     }
 
     /// The mean friction coefficient and normal force of a recording; beside a warning about its forces nothing is said.
@@ -383,7 +394,8 @@ impl Truth<'_> {
             Some(surface) => format!("{}, {} N", surface.friction, made.true_load_n),
             None => "nothing slides".into(),
         };
-        Some(self.judged(About::Friction, said, surface.is_some(), [words, truth]))
+        let due = surface.map_or(Due::Open, |_| Due::Said);
+        Some(self.judged(About::Friction, said, due, [words, truth]))
     }
 }
 
