@@ -11,7 +11,6 @@ use crate::criterion::{Criterion, Limit, Outcome};
 use crate::document::Kept;
 use crate::figure::Figure;
 use crate::number::digits;
-use crate::recording::BenchKind;
 use crate::warning::{Merged, Warning, merged};
 
 /// A result with a report.
@@ -553,23 +552,10 @@ impl Page {
         }
     }
 
-    /// The same with what is simulated of the recordings behind it, which come from `benches`; absent where one does not state its bench.
+    /// The same with what is simulated of the recordings behind it.
     #[must_use]
-    pub fn simulated(mut self, benches: impl IntoIterator<Item = Option<BenchKind>>) -> Self {
-        let benches: Vec<Option<BenchKind>> = benches.into_iter().collect();
-        let simulated = benches.iter().flatten();
-        let simulated: Vec<BenchKind> = simulated.copied().filter(|kind| !kind.is_real()).collect();
-        self.simulated = simulated.first().map(|kind| {
-            let (some, all) = (simulated.len(), benches.len());
-            match some == all {
-                true => kind.sentence().to_owned(),
-                false => format!(
-                    "{some} of {all} recordings are simulated. {}",
-                    kind.sentence()
-                ),
-            }
-        });
-        self
+    pub fn simulated(self, simulated: Option<String>) -> Self {
+        Self { simulated, ..self }
     }
 
     /// The same with what a CSV file of it holds.
@@ -652,25 +638,6 @@ mod tests {
         );
         let numbers = [15.0, -0.25, 0.0, 120.04, 0.000_05].map(|value| limit_number(value, ""));
         assert_eq!(numbers, ["15", "−0.25", "0", "120", "5.0e−5"]);
-    }
-
-    #[test]
-    fn what_is_simulated_is_said_of_all_or_of_some() {
-        let said = |benches: &[Option<BenchKind>]| {
-            let page = Page::new("Strokes", "").simulated(benches.iter().copied());
-            page.simulated
-        };
-        let (twin, real) = (Some(BenchKind::Twin), Some(BenchKind::Hardware));
-        assert_eq!(said(&[real, None]), None);
-        assert_eq!(
-            said(&[twin, twin]).as_deref(),
-            Some(BenchKind::Twin.sentence())
-        );
-        let some = said(&[real, twin, None]).unwrap();
-        assert!(
-            some.starts_with("1 of 3 recordings are simulated. Digital twin"),
-            "{some}"
-        );
     }
 
     #[test]

@@ -268,6 +268,21 @@ impl BenchKind {
         self == Self::Hardware
     }
 
+    /// What is simulated of recordings that come from `benches`, in a sentence; nothing of those that state no bench.
+    #[must_use]
+    pub fn simulated(benches: impl IntoIterator<Item = Option<Self>>) -> Option<String> {
+        let benches: Vec<Option<Self>> = benches.into_iter().collect();
+        let simulated = benches.iter().flatten();
+        let simulated: Vec<Self> = simulated.copied().filter(|kind| !kind.is_real()).collect();
+        let sentence = simulated.first()?.sentence();
+        let (some, all) = (simulated.len(), benches.len());
+        Some(if some == all {
+            sentence.to_owned()
+        } else {
+            format!("{some} of {all} recordings are simulated. {sentence}")
+        })
+    }
+
     /// Which bench it is, as reports state it.
     #[must_use]
     pub fn sentence(self) -> &'static str {
@@ -587,6 +602,22 @@ mod tests {
             Provenance::default(),
         )
         .unwrap()
+    }
+
+    #[test]
+    fn what_is_simulated_is_said_of_all_or_of_some() {
+        let said = |benches: &[Option<BenchKind>]| BenchKind::simulated(benches.iter().copied());
+        let (twin, real) = (Some(BenchKind::Twin), Some(BenchKind::Hardware));
+        assert_eq!(said(&[real, None]), None);
+        assert_eq!(
+            said(&[twin, twin]).as_deref(),
+            Some(BenchKind::Twin.sentence())
+        );
+        let some = said(&[real, twin, None]).unwrap();
+        assert!(
+            some.starts_with("1 of 3 recordings are simulated. Digital twin"),
+            "{some}"
+        );
     }
 
     #[test]

@@ -32,7 +32,7 @@ pub enum RenderWarning {
     PowerOutsideBand { share: f64, band: Band },
     /// The fade at both ends takes much of a short or abrupt texture.
     #[error(
-        "the fade of {:.0} ms at both ends changes the level of the texture by {level_db:.1} dB and its peak by {peak_db:.1} dB; render it             without a fade",
+        "the fade of {:.0} ms at both ends changes the level of the texture by {level_db:.1} dB and its peak by {peak_db:.1} dB; render it without a fade",
         fade_s * 1e3
     )]
     Faded {

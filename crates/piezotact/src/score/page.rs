@@ -9,7 +9,7 @@ use crate::document::Content;
 use crate::figure::{Axis, Chart, Figure, Line, Mark, Tone, range};
 use crate::page::{Block, Cell, Column, Fact, Number, Page, Shown, Table, fixed};
 use crate::quantity::{Decibels, Hertz};
-use crate::recording::Provenance;
+use crate::recording::{BenchKind, Provenance};
 
 const REFERENCE: Tone = Tone::Reference;
 const TEST: Tone = Tone::Main;
@@ -44,7 +44,9 @@ impl Shown for ScoredRecordings {
             format!("Score of {b} against {a}"),
             format!("A, the reference: {a}. B, the test: {b}."),
         )
-        .simulated(self.provenance.iter().map(|one| one.bench))
+        .simulated(BenchKind::simulated(
+            self.provenance.iter().map(|one| one.bench),
+        ))
         .section("", [s.conclusion(), Block::numbers(s.numbers())])
         .section(
             "Criteria",

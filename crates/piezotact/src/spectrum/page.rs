@@ -5,6 +5,7 @@ use crate::figure::{Axis, Chart, Drawn, Figure, Line, Tone, range};
 use crate::number::{counted, digits, rounded};
 use crate::page::{Block, Cell, Column, Number, Page, Shown, Table};
 use crate::quantity::Decibels;
+use crate::recording::BenchKind;
 
 impl Shown for SpectrumDocument<'_> {
     fn page(&self) -> Page {
@@ -12,7 +13,7 @@ impl Shown for SpectrumDocument<'_> {
             format!("Spectrum of {}", self.channel),
             self.file.display().to_string(),
         )
-        .simulated([self.bench])
+        .simulated(BenchKind::simulated([self.bench]))
         .section(
             "",
             [

@@ -17,6 +17,7 @@ use crate::document::FailedFile;
 use crate::feature::{Receptor, Weighting};
 use crate::number::{counted, p_text, signed};
 use crate::page::{Block, Cell, Column, Fact, Number, Page, Shown, Table};
+use crate::recording::BenchKind;
 use crate::statistics::Direction;
 use crate::stroke::{CutBy, Reason};
 
@@ -468,7 +469,9 @@ fn signals(takes: &[AnalysedRecording], most: usize) -> Vec<Block> {
 /// `page` with what is simulated, the files that failed, and how it was done.
 fn ended(page: Page, takes: &[AnalysedRecording], failed: &[FailedFile]) -> Page {
     let benches = takes.iter();
-    let page = page.simulated(benches.map(|take| take.recording.about.provenance.bench));
+    let page = page.simulated(BenchKind::simulated(
+        benches.map(|take| take.recording.about.provenance.bench),
+    ));
     let failed = failed.iter().map(|file| Block::text(file.why.as_str()));
     let failed: Vec<Block> = failed.collect();
     let page = match failed.is_empty() {
