@@ -82,6 +82,15 @@ impl Rails {
     }
 }
 
+/// Where samples of an end stand.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Place {
+    /// At one value.
+    Exact,
+    /// Around one value, or nowhere.
+    Near,
+}
+
 /// [`limited`], with the places of the limits.
 fn limited_at(samples: &[f64]) -> (Limited, Rails) {
     let nothing = Rails {
@@ -104,22 +113,24 @@ fn limited_at(samples: &[f64]) -> (Limited, Rails) {
     let side = |sign: f64, extreme: f64| {
         // Silence is not clipping.
         if extreme == 0.0 {
-            return (0.0, extreme);
+            return (0.0, extreme, Place::Near);
         }
         let end = histogram.seen_from(sign);
         let often = end.at_most(0.0) as usize >= FEWEST_SAMPLES;
         let rounding = ROUNDING * (high - low);
         let exact = || at_the_extreme(samples, sign, extreme, rounding);
         if let Some(share) = often.then(exact).flatten() {
-            return (share, extreme - sign * rounding);
+            return (share, extreme - sign * rounding, Place::Exact);
         }
-        bins(sign, extreme)
+        let (share, rail) = bins(sign, extreme)
             .filter(|bins| bins.may_hold_a_peak(end))
             .map_or((0.0, extreme), |bins| {
                 peak_at_the_end(samples, sign, extreme, middle, bins)
-            })
+            });
+        (share, rail, Place::Near)
     };
-    let ((low_share, low_rail), (high_share, high_rail)) = (side(-1.0, low), side(1.0, high));
+    let (low_share, low_rail, low_place) = side(-1.0, low);
+    let (high_share, high_rail, high_place) = side(1.0, high);
     let found = Limited {
         low: low_share,
         high: high_share,
@@ -130,14 +141,15 @@ fn limited_at(samples: &[f64]) -> (Limited, Rails) {
         let largest = low.abs().max(high.abs());
         share > 0.0 && rests_near_zero(samples, sign, extreme, middle, largest, counts())
     };
-    let held_at_rest = |extreme: f64, other: f64| {
+    // A weight that lies on the finger gives a steady force with the noise of its cell: only what stands at one value is a limit.
+    let held_at_rest = |place: Place, extreme: f64, other: f64| {
         let far = extreme * other > 0.0 && other.abs() > FAR_FROM_ZERO * extreme.abs();
-        far || extreme.abs() <= NEAR_ZERO * other.abs()
+        place == Place::Near || far || extreme.abs() <= NEAR_ZERO * other.abs()
     };
     let mostly_rests = found.share() > REST
         && match found.low > 0.0 {
-            true => held_at_rest(low, high),
-            false => held_at_rest(high, low),
+            true => held_at_rest(low_place, low, high),
+            false => held_at_rest(high_place, high, low),
         };
     let rests = one_sided
         && (mostly_rests || resting(-1.0, found.low, low) || resting(1.0, found.high, high));
@@ -627,6 +639,13 @@ mod tests {
             // The amplifier shows nothing below 0.2 N, four times its noise.
             let resting: Vec<f64> = force(1.0, 0.0).iter().map(|v| sign * v.max(0.2)).collect();
             assert_eq!(limited(&resting), Limited::default(), "{sign}");
+            // A weight that lies on the finger for as long, with the noise of the cell.
+            let weight: Vec<f64> = force(0.0, 2.0).iter().map(|v| sign * v).collect();
+            assert_eq!(limited(&weight), Limited::default(), "{sign}");
+            let still: Vec<f64> = (0..40_000)
+                .map(|i| sign * (0.15 * f64::from(u8::from(presses(i))) + 0.001 * noise[i]))
+                .collect();
+            assert_eq!(limited(&still), Limited::default(), "{sign}");
             // Where zero lies outside of the range, either end may be rest.
             let far: Vec<f64> = resting.iter().map(|v| v + sign * 200.0).collect();
             assert_eq!(limited(&far), Limited::default(), "{sign}");

@@ -1,5 +1,6 @@
 //! Warnings about a rendering.
 
+use crate::number::plus;
 use crate::quantity::Band;
 use crate::warning::words::{bands as list, percent};
 use serde::{Deserialize, Serialize};
@@ -32,8 +33,10 @@ pub enum RenderWarning {
     PowerOutsideBand { share: f64, band: Band },
     /// The fade at both ends takes much of a short or abrupt texture.
     #[error(
-        "the fade of {:.0} ms at both ends changes the level of the texture by {level_db:.1} dB and its peak by {peak_db:.1} dB; render it without a fade",
-        fade_s * 1e3
+        "the fade of {:.0} ms at both ends changes the level of the texture by {} dB and its peak by {} dB; render it without a fade",
+        fade_s * 1e3,
+        plus(*level_db, 1),
+        plus(*peak_db, 1)
     )]
     Faded {
         fade_s: f64,
