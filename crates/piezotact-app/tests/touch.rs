@@ -25,7 +25,8 @@ fn louder(mut made: Recorded, level: f64) -> Recorded {
 /// Passive touch: a platform at `speed_mm_s` under a finger; the surface has ridges `period_mm` apart, and the
 /// vibration grows with the speed.
 fn passive(speed_mm_s: f64, period_mm: f64, level: f64, strokes: usize) -> String {
-    let mut random = Random::new(speed_mm_s as u64);
+    // Noise of its own at each level: a recording that is scaled alone is a copy.
+    let mut random = Random::new(speed_mm_s as u64 + (1e3 * (1.0 - level)) as u64);
     let mut text = String::from("time (s),acc (m/s2),fx (N),fy (N),fz (N),platform (mm/s)");
     let (ramp_s, plateau_s) = (0.1, 1.0);
     let round_s = 0.6 + 2.0 * ramp_s + plateau_s + 0.6;

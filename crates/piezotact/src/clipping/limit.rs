@@ -151,8 +151,19 @@ fn limited_at(samples: &[f64]) -> (Limited, Rails) {
             true => held_at_rest(low_place, low, high),
             false => held_at_rest(high_place, high, low),
         };
-    let rests = one_sided
-        && (mostly_rests || resting(-1.0, found.low, low) || resting(1.0, found.high, high));
+    // A steady load that comes and goes stands near two levels, for long at a time.
+    let crossings = || {
+        let pairs = samples.windows(2);
+        pairs
+            .filter(|pair| (pair[0] > middle) != (pair[1] > middle))
+            .count()
+    };
+    let two_levels = found.share() > REST
+        && [low_place, high_place] == [Place::Near; 2]
+        && samples.len() as f64 > LONG_REST * (crossings() + 1) as f64;
+    let rests = two_levels
+        || one_sided
+            && (mostly_rests || resting(-1.0, found.low, low) || resting(1.0, found.high, high));
     if rests || (found.share() > SQUARE && regular(samples, 0.5 * (low + high))) {
         (Limited::default(), nothing)
     } else {
@@ -642,10 +653,14 @@ mod tests {
             // A weight that lies on the finger for as long, with the noise of the cell.
             let weight: Vec<f64> = force(0.0, 2.0).iter().map(|v| sign * v).collect();
             assert_eq!(limited(&weight), Limited::default(), "{sign}");
-            let still: Vec<f64> = (0..40_000)
-                .map(|i| sign * (0.15 * f64::from(u8::from(presses(i))) + 0.001 * noise[i]))
-                .collect();
-            assert_eq!(limited(&still), Limited::default(), "{sign}");
+            for samples in [40_000, 400_000] {
+                let still: Vec<f64> = (0..samples)
+                    .map(|i| {
+                        sign * 0.15 * f64::from(u8::from(presses(i))) + 0.001 * noise[i % 40_000]
+                    })
+                    .collect();
+                assert_eq!(limited(&still), Limited::default(), "{sign} {samples}");
+            }
             // Where zero lies outside of the range, either end may be rest.
             let far: Vec<f64> = resting.iter().map(|v| v + sign * 200.0).collect();
             assert_eq!(limited(&far), Limited::default(), "{sign}");
