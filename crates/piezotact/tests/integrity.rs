@@ -669,3 +669,24 @@ fn a_line_at_rest_is_found_and_noise_has_none() {
     }
     assert_eq!(lines_at_rest(&[&[0.0; 100][..]], rate), []);
 }
+
+/// A finger that presses for most of the time and lifts at once: neither the load nor the lifts are lost signal. A cell that holds one value is.
+#[test]
+fn a_steady_load_is_no_drop_out() {
+    for seed in [5, 6] {
+        let mut noise = Noise::new(seed);
+        let n = (20.0 * RATE_HZ) as usize;
+        let touches = |i: usize| (i as f64 / RATE_HZ) % 2.0 < 1.5;
+        let mut force: Vec<f64> = (0..n)
+            .map(|i| if touches(i) { 0.5 } else { 0.0 } + 0.002 * noise.next())
+            .collect();
+        let found = piezotact::integrity::inspect_samples(&force, rate(), &Unit::Newton);
+        assert!(
+            found.gaps.is_empty() && found.frozen.is_empty(),
+            "{found:?}"
+        );
+        force[30_000..32_000].fill(0.0);
+        let found = piezotact::integrity::inspect_samples(&force, rate(), &Unit::Newton);
+        assert_eq!(found.gaps.len() + found.frozen.len(), 1, "{found:?}");
+    }
+}

@@ -213,3 +213,68 @@ fn noise_of_the_speed_at_rest_is_not_a_change_of_the_speed() {
     let found = passes(|_| 1.0, 8e-3);
     assert_eq!(found.strokes.len(), 6, "{:?}", found.rejected);
 }
+
+/// What carries the finger back vibrates more than the texture: contact is where the forces are, with a warning.
+#[test]
+fn a_way_back_that_vibrates_is_no_contact() {
+    for (seed, sign) in [(11, 1.0), (12, -1.0)] {
+        let mut random = Random::new(seed);
+        let mut robot = made(seed, Kind::Plain);
+        let lifted: Vec<bool> = robot.fz_n.iter().map(|n| n.abs() < 0.03).collect();
+        for (a, lifted) in robot.acceleration.iter_mut().zip(&lifted) {
+            *a += if *lifted { 3.0 * random.normal() } else { 0.0 };
+        }
+        robot.fz_n.iter_mut().for_each(|n| *n *= sign);
+        let found = cut(&robot, Some(&robot.acceleration));
+        let zeros = found.force_zeros.as_ref().unwrap();
+        assert!((zeros.sign - sign).abs() < 1e-9, "{seed}: {}", zeros.sign);
+        let vibrates = |fault: &ForceFault| matches!(fault, ForceFault::LiftsVibrate { ratio } if *ratio > 1.5);
+        assert!(faults(&found).iter().any(vibrates), "{:?}", found.warnings);
+    }
+}
+
+/// A line of 30 Hz, as a grating of 1 mm makes it at 30 mm/s, shows that the finger slides as noise does.
+#[test]
+fn a_slow_line_shows_sliding() {
+    let mut random = Random::new(21);
+    let mut grating = made(21, Kind::Plain);
+    let wave = line(30.0, 0.7);
+    for i in 0..grating.acceleration.len() {
+        let slides = if grating.fz_n[i] > 0.1 { wave(i) } else { 0.0 };
+        grating.acceleration[i] = slides + 0.03 * random.normal();
+    }
+    let found = cut(&grating, Some(&grating.acceleration));
+    assert_eq!(found.strokes.len(), 24, "{:?}", found.rejected);
+}
+
+/// The mean of a ratio to a noisy force has no limit: the coefficient of friction is that of forces without their noise.
+#[test]
+fn friction_under_noise_is_that_of_the_forces_without_it() {
+    let quiet = made(31, Kind::Plain);
+    let mean_friction = |recorded: &Recorded, found: &Segmentation| {
+        let signals = Signals {
+            rate: SampleRate::new(RATE_HZ).unwrap(),
+            vibration: None,
+            normal_force_n: Some(&recorded.fz_n),
+            tangential_force_n: vec![&recorded.fx_n, &recorded.fy_n],
+            motion: None,
+        };
+        let each = found.strokes.iter().map(|stroke| {
+            let forces = piezotact::feature::stroke_forces(&signals, found, stroke.steady).unwrap();
+            let friction = forces.friction_coefficient;
+            friction.iter().sum::<f64>() / friction.len() as f64
+        });
+        let each: Vec<f64> = each.collect();
+        each.iter().sum::<f64>() / each.len() as f64
+    };
+    let expected = mean_friction(&quiet, &cut(&quiet, None));
+    let hum = line(50.0, 0.07);
+    let mut random = Random::new(32);
+    let noises: [&mut dyn FnMut(usize) -> f64; 2] =
+        [&mut |i| hum(i), &mut |_| 0.07 * random.normal()];
+    for noise in noises {
+        let noisy = with_force(made(31, Kind::Plain), noise);
+        let found = mean_friction(&noisy, &cut(&noisy, None));
+        assert!((found / expected - 1.0).abs() < 0.05, "{found} {expected}");
+    }
+}

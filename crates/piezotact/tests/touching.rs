@@ -158,7 +158,7 @@ fn directions_differ_where_several_settings_show_it() {
     let alone = compared(&directions(&samples[..1], 0.5), Factor::Direction).unwrap();
     assert_eq!(
         contrast(&alone).conclusion(),
-        "transversal and proximal: not decided from 1 setting"
+        "transversal and proximal: the difference in level is not decided from 1 setting"
     );
     let document = serde_json::to_value(Document::of(&ComparisonDocument::of(&alone))).unwrap();
     assert_eq!(document["by"], "direction");
@@ -452,7 +452,7 @@ fn settings_of_one_participant_are_not_independent() {
     );
     assert_eq!(
         found.conclusion(),
-        "transversal and proximal: not decided from 2 participants"
+        "transversal and proximal: the difference in level is not decided from 2 participants"
     );
     let all = [("P1", 0.5), ("P2", 0.55), ("P3", 0.45), ("P4", 0.52)];
     let four = compared(&people(&all), Factor::Direction).unwrap();

@@ -56,7 +56,14 @@ impl SpatialPeriod {
                 } else {
                     format!("; {groups}")
                 };
-                format!("spatial period {number}{groups}")
+                let compared =
+                    (self.criteria.iter()).any(|c| c.what == PeriodCriterion::OtherSamples);
+                let whose = if compared {
+                    ""
+                } else {
+                    "; one sample does not show whether it is of the surface, of the drive of the machine or of the finger"
+                };
+                format!("spatial period {number}{groups}{whose}")
             }
             Outcome::NotMet if self.lines.all_stay() => format!(
                 "no spatial period: {} at all speeds, as lines of a machine do",
@@ -140,7 +147,7 @@ impl LinesOfSpeeds {
     }
 }
 
-fn listed_hz(lines_hz: &[f64]) -> String {
+pub(super) fn listed_hz(lines_hz: &[f64]) -> String {
     let lines: Vec<String> = lines_hz.iter().map(|hz| digits(*hz)).collect();
     lines.join(", ")
 }
@@ -266,19 +273,34 @@ impl FrictionChange {
     }
 }
 
+/// What a power law of the friction coefficient on `x` says over `units`, where it changes by as much as counts.
+#[must_use]
+pub fn friction_conclusion(
+    fit: &LogFit,
+    change: Option<FrictionChange>,
+    [x, units]: [&str; 2],
+) -> String {
+    match change.filter(|change| !change.matters()) {
+        Some(change) if fit.direction() != Direction::NotShown => format!(
+            "friction coefficient and {x}: no change that matters: {} % over {} {units}, less than {:.1} %",
+            plus(100.0 * change.share, 2),
+            fit.points,
+            100.0 * change.least_share()
+        ),
+        _ => fit.conclusion("friction coefficient", x, units),
+    }
+}
+
 impl LoadTrend {
     /// What changes with the load, line by line.
     #[must_use]
     pub fn lines(&self) -> Vec<String> {
-        let of = |fit: &Option<LogFit>, what: &str| {
-            let fit = fit.as_ref();
-            fit.map(|fit| fit.conclusion(what, "load", "loads"))
-        };
-        let fits = [
-            of(&self.rms_on_load, "rms"),
-            of(&self.friction_on_load, "friction coefficient"),
-        ];
-        fits.into_iter().flatten().collect()
+        let rms = self.rms_on_load.as_ref();
+        let rms = rms.map(|fit| fit.conclusion("rms", "load", "loads"));
+        let friction = self.friction_on_load.as_ref();
+        let friction =
+            friction.map(|fit| friction_conclusion(fit, self.friction_change, ["load", "loads"]));
+        rms.into_iter().chain(friction).collect()
     }
 }
 
@@ -320,7 +342,7 @@ impl DirectionContrast {
                 unless_confounded(&self.confounders, said)
             }
             None => format!(
-                "{} and {}: not decided from {}",
+                "{} and {}: the difference in level is not decided from {}",
                 self.direction,
                 self.reference,
                 counted(self.units, units)

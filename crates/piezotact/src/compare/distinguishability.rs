@@ -22,6 +22,11 @@ pub enum PairCriterion {
     Chance,
     /// The distance with what lies around the lines that are left out, less the power that these have at rest: a difference may lie there.
     LeftOut,
+    /// The distance without the lines of which it is not known whether the textures make them.
+    InDoubt,
+    /// The distance where the spectra of all samples are divided by what their sensors show at rest: a sensor of another gain or unit differs
+    /// there as it does in the strokes.
+    AtRest,
 }
 
 /// Whether two samples are distinguishable by their vibration.
@@ -56,6 +61,14 @@ impl Distinguishability {
         let jnd = outcome(PairCriterion::JustNoticeableDifference);
         let mut left_out = criteria.iter().filter(|c| c.what == PairCriterion::LeftOut);
         let may_hide = left_out.any(|c| c.outcome != Outcome::Met);
+        let mut in_doubt = criteria.iter().filter(|c| c.what == PairCriterion::InDoubt);
+        if in_doubt.any(|c| c.outcome != jnd) {
+            return Self::NotDecided;
+        }
+        let mut at_rest = criteria.iter().filter(|c| c.what == PairCriterion::AtRest);
+        if jnd == Outcome::NotMet && at_rest.any(|c| c.outcome != Outcome::NotMet) {
+            return Self::NotDecided;
+        }
         match (
             jnd,
             outcome(PairCriterion::DistanceWithin),
@@ -165,6 +178,11 @@ impl Groups {
 }
 
 impl Pair {
+    fn outcome_of(&self, what: PairCriterion) -> Option<Outcome> {
+        let mut criteria = self.criteria.iter();
+        criteria.find(|c| c.what == what).map(|c| c.outcome)
+    }
+
     /// Why nothing is decided, in a few words.
     fn open_because(&self) -> String {
         let is = |what, outcome| {
@@ -173,6 +191,15 @@ impl Pair {
         };
         if self.interval_jnd.is_none() {
             return "a sample has only one stroke or recording".into();
+        }
+        let jnd = self.outcome_of(PairCriterion::JustNoticeableDifference);
+        let in_doubt = self.outcome_of(PairCriterion::InDoubt);
+        if jnd != Some(Outcome::NotDecided) && in_doubt.is_some() && in_doubt != jnd {
+            return "the outcome is another one without the lines that may be of the machine or the mains".into();
+        }
+        let at_rest = self.outcome_of(PairCriterion::AtRest);
+        if jnd == Some(Outcome::NotMet) && at_rest.is_some() && at_rest != jnd {
+            return "the sensors differ as much while nothing is touched: check their units and gains".into();
         }
         if is(PairCriterion::JustNoticeableDifference, Outcome::Met) {
             return "a difference may lie around the lines that are left out".into();
@@ -256,6 +283,8 @@ impl PairCriterion {
             }
             Self::DistanceWithin => "distance below that between the halves of one sample",
             Self::Chance => "permutation test of the difference (adjusted p)",
+            Self::InDoubt => "distance without lines that may be of the machine or the mains",
+            Self::AtRest => "distance with the noise of all sensors at rest made equal",
             Self::LeftOut => "distance with what lies around the lines that are left out",
         }
     }

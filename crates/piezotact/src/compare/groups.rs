@@ -1,5 +1,7 @@
 //! Which samples are distinguishable by their vibration, from the strokes of each.
 
+use std::collections::BTreeMap;
+
 use crate::warning::{Few, FewWarning, Scatter, ScatterWarning, Warning};
 use serde::{Deserialize, Serialize};
 
@@ -10,7 +12,7 @@ use crate::discrimination::{
 };
 use crate::feature::Analysis;
 use crate::quantity::{Band, Hertz, Unit};
-use crate::statistics::{Draws, holm, permutation_test, smallest_p, units_needed};
+use crate::statistics::{Draws, holm, permutation_test_within, smallest_p, units_needed};
 
 /// Recordings are pooled when the p-value of a difference between them is at least this.
 const POOLED_FROM: f64 = 0.1;
@@ -84,7 +86,7 @@ pub struct AcrossSamples {
     pub settings: Vec<Groups>,
     /// The independent units: strokes or recordings.
     pub units: SampleUnit,
-    /// The pairs of all settings, over which errors are controlled.
+    /// The pairs of samples, over which errors are controlled.
     pub family: usize,
     /// How it was done.
     pub config: DiscriminationConfig,
@@ -116,13 +118,22 @@ fn pairs_text(count: usize) -> String {
 }
 
 /// What decides, in a sentence.
-fn sentence(units: SampleUnit, family: usize, config: &DiscriminationConfig) -> String {
+fn sentence(
+    units: SampleUnit,
+    (family, settings): (usize, usize),
+    config: &DiscriminationConfig,
+) -> String {
     let model = &config.model;
     format!(
-        "criteria: distinguishable if the difference exceeds the variability between {} of one sample (permutation test, \
+        "criteria: distinguishable if the difference exceeds the variability between {} of one sample (permutation test{}, \
          {:.0} % over {}) and {:.1} dB or {:.2} JND; below the JND if it is within {:.2} dB; distances in JND of {:.2} \
          dB over {}",
         units.word(),
+        if settings > 1 {
+            " over all settings together"
+        } else {
+            ""
+        },
         config.alpha * 100.0,
         pairs_text(family),
         model.level_jnd_high.0.max(model.level_jnd.0),
@@ -217,14 +228,14 @@ struct Sample {
 /// [`crate::score::score`] has them, of the mean power of each sample, with what strokes of one sample differ by.
 ///
 /// A pair is *distinguishable* when three things hold: its 95 % interval lies above the published range of the JND; it lies above what
-/// halves of either sample differ by; and the distance is larger than chance makes it by a permutation test over strokes,
-/// adjusted (Holm) for all pairs of all settings, so that a study of samples that are alike says so anywhere with a probability of at
-/// most α. It is *below the JND* when its interval lies below it. Everything else is *not decided*. Where recordings of a sample differ
+/// halves of either sample differ by; and the distance is larger than chance makes it by a permutation test over strokes, within each
+/// setting, of the sum of the distances over all settings, adjusted (Holm) for all pairs of samples, so that a study of samples that are
+/// alike says so anywhere with a probability of at most α. It is *below the JND* when its interval lies below it. Everything else is *not decided*. Where recordings of a sample differ
 /// by more than its strokes do (a permutation of strokes among recordings, p < 0.1), recordings are the units, and the strokes of
 /// one are averaged.
 ///
 /// Formula: limits from Student's t with the degrees of freedom of Welch and Satterthwaite on the derivative of the distance;
-/// [`permutation_test`] with 200 divisions for every pair of the study, 1999 and more; [`holm`]; maximal cliques of pairs below the JND
+/// [`permutation_test_within`] with 200 divisions for every pair of the study, 1999 and more; [`holm`]; maximal cliques of pairs below the JND
 /// (C. Bron and J. Kerbosch 1973, Commun. ACM 16(9)).
 ///
 /// Source: docs/decisions/strokes.md and docs/decisions/verification.md.
@@ -235,24 +246,59 @@ pub fn discriminate(
     settings: &[Vec<Texture>],
     config: &DiscriminationConfig,
 ) -> Result<AcrossSamples, WithheldCause> {
+    let config = config_over(settings, config)?;
+    let Distances {
+        mut found,
+        samples,
+        units,
+        mut warnings,
+    } = distances(settings, &config);
+    let family = permute(&mut found, &samples, &config);
+    judge(&mut found, &config);
+    warnings.extend(about_units(settings, &found, units, family, config.alpha));
+    Ok(AcrossSamples {
+        sentence: sentence(units, (family, settings.len()), &config),
+        left_out_hz: Vec::new(),
+        jnd_source: config.model.jnd_source(),
+        settings: found,
+        units,
+        family,
+        config,
+        warnings,
+    })
+}
+
+/// `config` with its model over the band that the PSDs of `settings` hold.
+pub(super) fn config_over(
+    settings: &[Vec<Texture>],
+    config: &DiscriminationConfig,
+) -> Result<DiscriminationConfig, WithheldCause> {
     let model = Model {
         band: band_of(settings, config.model.band)?,
         ..config.model.clone()
     };
-    let config = DiscriminationConfig {
+    Ok(DiscriminationConfig {
         model,
         ..config.clone()
-    };
+    })
+}
+
+/// The distances of all pairs, without what chance makes of them.
+pub(super) struct Distances {
+    pub(super) found: Vec<Groups>,
+    /// The samples of every setting.
+    samples: Vec<Vec<Sample>>,
+    units: SampleUnit,
+    warnings: Vec<Warning>,
+}
+
+pub(super) fn distances(settings: &[Vec<Texture>], config: &DiscriminationConfig) -> Distances {
     let strokes: Vec<Vec<Vec<Vec<Excitation>>>> = settings
         .iter()
         .map(|textures| excitations(textures, &config.model))
         .collect();
     let mut warnings = config.model.warnings();
-    let family: usize = settings
-        .iter()
-        .map(|s| s.len() * s.len().saturating_sub(1) / 2)
-        .sum();
-    let apart = recordings_differ(strokes.iter().flatten(), &config);
+    let apart = recordings_differ(strokes.iter().flatten(), config);
     let units = match apart {
         Some(p_value) if p_value < POOLED_FROM => {
             warnings.push(Warning::from(ScatterWarning::Scatter {
@@ -262,26 +308,107 @@ pub fn discriminate(
         }
         _ => SampleUnit::Strokes,
     };
-    let mut found: Vec<Groups> = settings
+    let samples: Vec<Vec<Sample>> = strokes
         .iter()
-        .zip(&strokes)
-        .map(|(textures, strokes)| {
-            let samples: Vec<Sample> = strokes.iter().map(|s| sample(s, units)).collect();
-            groups(textures, &samples, &config, family)
-        })
+        .map(|strokes| strokes.iter().map(|s| sample(s, units)).collect())
         .collect();
-    judge(&mut found, &config);
-    warnings.extend(about_units(settings, &found, units, family, config.alpha));
-    Ok(AcrossSamples {
-        sentence: sentence(units, family, &config),
-        left_out_hz: Vec::new(),
-        jnd_source: config.model.jnd_source(),
-        settings: found,
+    let all = settings.iter().zip(&samples);
+    Distances {
+        found: all
+            .map(|(textures, samples)| groups(textures, samples, config))
+            .collect(),
+        samples,
         units,
-        family,
-        config,
         warnings,
-    })
+    }
+}
+
+/// The pairs of samples by name, each with its places: setting and pair.
+fn by_name(found: &[Groups]) -> BTreeMap<[&str; 2], Vec<(usize, usize)>> {
+    let mut places: BTreeMap<[&str; 2], Vec<(usize, usize)>> = BTreeMap::new();
+    for (setting, groups) in found.iter().enumerate() {
+        for (place, pair) in groups.pairs.iter().enumerate() {
+            let mut names = [pair.a, pair.b].map(|i| groups.names[i].as_str());
+            names.sort_unstable();
+            places.entry(names).or_default().push((setting, place));
+        }
+    }
+    places
+}
+
+/// Tests every pair of samples over all settings in which both have several units, and how many pairs there are.
+fn permute(found: &mut [Groups], samples: &[Vec<Sample>], config: &DiscriminationConfig) -> usize {
+    let places: Vec<Vec<(usize, usize)>> = by_name(found).into_values().collect();
+    let family = places.len();
+    for mut places in places {
+        places.retain(|(setting, place)| found[*setting].pairs[*place].interval_jnd.is_some());
+        let strata: Vec<Stratum<'_>> = places
+            .iter()
+            .map(|(setting, place)| {
+                let pair = &found[*setting].pairs[*place];
+                Stratum::of([pair.a, pair.b].map(|i| &samples[*setting][i]))
+            })
+            .collect();
+        if strata.is_empty() {
+            continue;
+        }
+        let draws = (200 * family).clamp(2000, MOST_DRAWS) - 1;
+        let counts: Vec<[usize; 2]> = strata.iter().map(|s| [s.units.len(), s.first]).collect();
+        let (mut one, mut other) = (Vec::new(), Vec::new());
+        let permuted = permutation_test_within(&counts, draws, config.seed, &mut |chosen| {
+            let each = strata.iter().zip(chosen);
+            each.map(|(stratum, chosen)| {
+                stratum.distance_jnd(chosen, &config.model, (&mut one, &mut other))
+            })
+            .sum()
+        });
+        for (setting, place) in places {
+            found[setting].pairs[place].permuted = Some(permuted);
+        }
+    }
+    family
+}
+
+/// The units of two samples in one setting, among which they are divided.
+struct Stratum<'u> {
+    units: Vec<&'u Excitation>,
+    /// How many of them are of the first sample.
+    first: usize,
+    /// The mean of all.
+    whole: Vec<f64>,
+}
+
+impl<'u> Stratum<'u> {
+    fn of([first, second]: [&'u Sample; 2]) -> Self {
+        let units: Vec<&Excitation> = first.units.iter().chain(&second.units).collect();
+        let mut whole = Vec::new();
+        let everybody: Vec<usize> = (0..units.len()).collect();
+        mean_sums(&units, &everybody, &mut whole);
+        Self {
+            first: first.units.len(),
+            units,
+            whole,
+        }
+    }
+
+    /// The distance of the `chosen` units from the others.
+    fn distance_jnd(
+        &self,
+        chosen: &[usize],
+        model: &Model,
+        (one, other): (&mut Vec<f64>, &mut Vec<f64>),
+    ) -> f64 {
+        let count = self.units.len();
+        let rest = (count - chosen.len()) as f64;
+        mean_sums(&self.units, chosen, one);
+        other.clear();
+        other.extend(
+            self.whole.iter().zip(&*one).map(|(all, part)| {
+                (all * count as f64 - part * chosen.len() as f64).max(0.0) / rest
+            }),
+        );
+        model.distance_jnd(one, other)
+    }
 }
 
 /// The excitation of every stroke, by sample and recording.
@@ -406,12 +533,7 @@ fn within(sample: &Sample, config: &DiscriminationConfig) -> Option<[f64; 2]> {
 }
 
 /// The samples of one setting, pair by pair, before probabilities are adjusted.
-fn groups(
-    textures: &[Texture],
-    samples: &[Sample],
-    config: &DiscriminationConfig,
-    family: usize,
-) -> Groups {
+fn groups(textures: &[Texture], samples: &[Sample], config: &DiscriminationConfig) -> Groups {
     let within: Vec<Option<[f64; 2]>> = samples.iter().map(|s| within(s, config)).collect();
     let mut pairs = Vec::new();
     for a in 0..samples.len() {
@@ -419,7 +541,6 @@ fn groups(
             pairs.push(pair(
                 [(a, &samples[a], within[a]), (b, &samples[b], within[b])],
                 config,
-                family,
             ));
         }
     }
@@ -436,7 +557,6 @@ fn groups(
 fn pair(
     [(a, first, within_a), (b, second, within_b)]: [(usize, &Sample, Option<[f64; 2]>); 2],
     config: &DiscriminationConfig,
-    family: usize,
 ) -> Pair {
     let model = &config.model;
     let several = first.units.len() > 1 && second.units.len() > 1;
@@ -447,29 +567,6 @@ fn pair(
     let found = differences(&first.mean, &second.mean, model, scales);
     let distance: Difference = found.largest();
     let interval_jnd = several.then_some([distance.low_jnd, distance.high_jnd]);
-    let permuted = several.then(|| {
-        let units: Vec<&Excitation> = first.units.iter().chain(&second.units).collect();
-        let draws = (200 * family).clamp(2000, MOST_DRAWS) - 1;
-        let mut whole = Vec::new();
-        let everybody: Vec<usize> = (0..units.len()).collect();
-        mean_sums(&units, &everybody, &mut whole);
-        let (mut one, mut other) = (Vec::new(), Vec::new());
-        let rest = (units.len() - first.units.len()) as f64;
-        permutation_test(
-            units.len(),
-            first.units.len(),
-            draws,
-            config.seed,
-            &mut |chosen| {
-                mean_sums(&units, chosen, &mut one);
-                other.clear();
-                other.extend(whole.iter().zip(&one).map(|(all, part)| {
-                    (all * units.len() as f64 - part * chosen.len() as f64).max(0.0) / rest
-                }));
-                model.distance_jnd(&one, &other)
-            },
-        )
-    });
     let against = |what, limit| match interval_jnd {
         Some(interval) => Criterion::new(what, "JND", distance.jnd, Some(interval), limit),
         // One stroke has no interval: it is not exact, but unknown.
@@ -488,7 +585,7 @@ fn pair(
         distance_jnd: distance.jnd,
         interval_jnd,
         parts_jnd: [found.spectrum.jnd, found.level.jnd, found.balance.jnd],
-        permuted,
+        permuted: None,
         p_adjusted: None,
         neither_felt: first.mean.total() <= 1.0 && second.mean.total() <= 1.0,
         criteria: vec![
@@ -499,22 +596,23 @@ fn pair(
     }
 }
 
-/// Adjusts the probabilities over all settings, and decides.
+/// Adjusts the probabilities over all pairs of samples, and decides.
 fn judge(found: &mut [Groups], config: &DiscriminationConfig) {
+    let places: Vec<Vec<(usize, usize)>> = by_name(found).into_values().collect();
     // A pair without a test counts as one that shows nothing.
-    let all: Vec<f64> = found
-        .iter()
-        .flat_map(|groups| &groups.pairs)
-        .map(|pair| pair.permuted.map_or(1.0, |p| p.p_value))
-        .collect();
-    let mut adjusted = holm(&all).into_iter();
+    let p_value = |places: &Vec<(usize, usize)>| {
+        let mut tests = places.iter();
+        let tested = tests.find_map(|(setting, place)| found[*setting].pairs[*place].permuted);
+        tested.map_or(1.0, |p| p.p_value)
+    };
+    let all: Vec<f64> = places.iter().map(p_value).collect();
     let limit = Limit::AtMost {
         met: config.alpha,
         not_met: 1.0,
     };
-    for groups in found {
-        for pair in &mut groups.pairs {
-            let p = adjusted.next().unwrap_or(1.0);
+    for (places, p) in places.iter().zip(holm(&all)) {
+        for (setting, place) in places {
+            let pair = &mut found[*setting].pairs[*place];
             pair.p_adjusted = pair.permuted.map(|_| p);
             pair.criteria.push(match pair.p_adjusted {
                 Some(p) => Criterion::new(PairCriterion::Chance, "", p, None, limit),
@@ -522,6 +620,8 @@ fn judge(found: &mut [Groups], config: &DiscriminationConfig) {
             });
             pair.outcome = Distinguishability::of(&pair.criteria);
         }
+    }
+    for groups in found {
         groups.below_jnd = below_jnd(groups);
     }
 }
@@ -588,17 +688,20 @@ fn about_units(
         }));
     }
     // Pairs of several units each that no division could show anything of.
-    let pairs = found
-        .iter()
-        .flat_map(|g| g.pairs.iter().map(move |p| [g.units[p.a], g.units[p.b]]));
-    let mute = pairs
-        .filter(|[a, b]| *a.min(b) > 1 && smallest_p(*a, *b) * family as f64 > alpha)
-        .map(|[a, b]| a.min(b))
-        .min();
-    if let Some(found) = mute {
+    let mute = by_name(found).into_values().filter_map(|places| {
+        let units = places.iter().map(|(setting, place)| {
+            let pair = &found[*setting].pairs[*place];
+            [pair.a, pair.b].map(|i| found[*setting].units[i])
+        });
+        let units: Vec<[usize; 2]> = units.filter(|[a, b]| *a.min(b) > 1).collect();
+        let least: f64 = units.iter().map(|[a, b]| smallest_p(*a, *b)).product();
+        let fewest = units.iter().map(|[a, b]| *a.min(b)).min()?;
+        (least * family as f64 > alpha).then_some((fewest, units.len()))
+    });
+    if let Some((found, settings)) = mute.min() {
         warnings.push(Warning::from(FewWarning::Few {
             found,
-            recommended: units_needed(family, alpha),
+            recommended: units_needed(family, settings, alpha),
             what: Few::Units {
                 unit: units.word().into(),
                 pairs: family,

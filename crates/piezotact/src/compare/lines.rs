@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::Summary;
+use super::left_out::beside;
 use crate::feature::{StrokeSpectra, peaks};
 use crate::quantity::Band;
 
@@ -14,6 +15,10 @@ const MAINS_NEAR: f64 = 0.25;
 const MAINS_ORDERS: usize = 10;
 /// Speeds whose ratio is above this are different ones.
 const OTHER_SPEED: f64 = 1.1;
+/// Speeds of one sample count as different from this ratio on where lines that stay are looked for in it alone.
+const CERTAINLY_OTHER_SPEED: f64 = 1.2;
+/// Hum has its strongest lines below this, Hz.
+const HUM_HZ: f64 = 190.0;
 /// Fewer recordings than this share a line by chance too often.
 const ENOUGH: usize = 3;
 
@@ -28,6 +33,8 @@ pub struct LinesOf<'a> {
     pub psd: &'a StrokeSpectra,
     /// Where peaks are looked for.
     pub band: Band,
+    /// The lines of whole strokes, each with its width, Hz, where they are needed.
+    pub fine_hz: &'a [[f64; 2]],
 }
 
 /// The origin of a line that all samples share.
@@ -97,48 +104,111 @@ pub fn common_lines(recordings: &[LinesOf<'_>]) -> Vec<CommonLine> {
         });
     let speed_ratio =
         (speeds.len() == recordings.len() && slowest > 0.0).then(|| fastest / slowest);
-    let within_hz = SAME_LINE
-        * recordings
+    let within_hz = within_hz(recordings);
+    let moves_not = speed_ratio.is_some_and(|ratio| ratio > OTHER_SPEED);
+    let line = |frequency_hz: f64| CommonLine {
+        frequency_hz,
+        within_hz,
+        recordings: recordings.len(),
+        samples: samples.len(),
+        speed_ratio,
+        origin: match moves_not {
+            true if of_the_mains(frequency_hz, within_hz) => LineOrigin::Mains,
+            true => LineOrigin::Machine,
+            false => LineOrigin::NotDecided,
+        },
+    };
+    shared(recordings).into_iter().map(line).collect()
+}
+
+/// How far apart peaks of `recordings` are one line, Hz.
+fn within_hz(recordings: &[LinesOf<'_>]) -> f64 {
+    let steps = recordings.iter().map(|r| r.psd.resolution_hz);
+    SAME_LINE * steps.fold(0.0, f64::max)
+}
+
+/// The peaks of `one`, Hz.
+fn peaks_hz(one: &LinesOf<'_>) -> Vec<f64> {
+    let found = peaks(&one.psd.mean, one.psd.resolution_hz, one.band);
+    found.iter().map(|peak| peak.frequency_hz).collect()
+}
+
+/// The mean frequencies of the peaks that all of `recordings` have, Hz, lowest first.
+fn shared(recordings: &[LinesOf<'_>]) -> Vec<f64> {
+    let within_hz = within_hz(recordings);
+    let found: Vec<Vec<f64>> = recordings.iter().map(peaks_hz).collect();
+    let Some(first) = found.first() else {
+        return Vec::new();
+    };
+    let near_all = |first: &f64| {
+        let near: Option<Vec<f64>> = found
             .iter()
-            .map(|r| r.psd.resolution_hz)
-            .fold(0.0, f64::max);
-    let found: Vec<Vec<f64>> = recordings
-        .iter()
-        .map(|r| {
-            let found = peaks(&r.psd.mean, r.psd.resolution_hz, r.band);
-            found.iter().map(|peak| peak.frequency_hz).collect()
-        })
-        .collect();
-    let mut lines: Vec<CommonLine> = found[0]
-        .iter()
-        .filter_map(|first| {
-            let near: Vec<f64> = found
-                .iter()
-                .map(|all| {
-                    let nearest = all
-                        .iter()
-                        .min_by(|a, b| (*a - first).abs().total_cmp(&(*b - first).abs()))?;
-                    ((nearest - first).abs() <= within_hz).then_some(*nearest)
-                })
-                .collect::<Option<_>>()?;
-            let frequency_hz = crate::statistics::mean(&near);
-            let moves_not = speed_ratio.is_some_and(|ratio| ratio > OTHER_SPEED);
-            Some(CommonLine {
-                frequency_hz,
-                within_hz,
-                recordings: recordings.len(),
-                samples: samples.len(),
-                speed_ratio,
-                origin: match moves_not {
-                    true if of_the_mains(frequency_hz, within_hz) => LineOrigin::Mains,
-                    true => LineOrigin::Machine,
-                    false => LineOrigin::NotDecided,
-                },
+            .map(|all| {
+                let nearest = all
+                    .iter()
+                    .min_by(|a, b| (*a - first).abs().total_cmp(&(*b - first).abs()))?;
+                ((nearest - first).abs() <= within_hz).then_some(*nearest)
             })
-        })
-        .collect();
-    lines.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
+            .collect();
+        near.map(|near| crate::statistics::mean(&near))
+    };
+    let mut lines: Vec<f64> = first.iter().filter_map(near_all).collect();
+    lines.sort_by(f64::total_cmp);
     lines
+}
+
+/// The mean frequencies of the lines of whole strokes that all of `recordings` have, Hz.
+fn shared_fine(recordings: &[LinesOf<'_>]) -> Vec<f64> {
+    let Some((first, others)) = recordings.split_first() else {
+        return Vec::new();
+    };
+    let near_all = |[hz, width_hz]: &[f64; 2]| {
+        let near: Option<Vec<f64>> = others
+            .iter()
+            .map(|other| {
+                let mut lines = other.fine_hz.iter();
+                let line =
+                    lines.find(|[own, width]| (own - hz).abs() <= 0.5 * width.max(*width_hz));
+                line.map(|[own, _]| *own)
+            })
+            .collect();
+        near.map(|near| (near.iter().sum::<f64>() + hz) / recordings.len() as f64)
+    };
+    first.fine_hz.iter().filter_map(near_all).collect()
+}
+
+/// The lines of which it is not known whether the textures make them, Hz, lowest first. `recordings` are those of one speed, and of two samples
+/// at least: what all of them have may be of the machine or of the finger, also where it moves with the speed. `all_speeds` are recordings
+/// of each sample: what one sample has at one frequency at three speeds or more does not move. Peaks at the mains and its second and third
+/// harmonic may be hum, also in one recording alone.
+///
+/// Formula: lines of whole strokes no more than half of their width apart, or peaks no more than one line of the PSDs apart; speeds whose ratio is above 1.2 are different ones.
+///
+/// Source: house rule, as for [`common_lines`].
+#[must_use]
+pub fn lines_in_doubt(recordings: &[LinesOf<'_>], all_speeds: &[Vec<LinesOf<'_>>]) -> Vec<f64> {
+    let samples = |all: &[LinesOf<'_>]| all.iter().any(|one| one.sample != all[0].sample);
+    let mut found = if samples(recordings) {
+        [shared(recordings), shared_fine(recordings)].concat()
+    } else {
+        Vec::new()
+    };
+    for of_sample in all_speeds {
+        let mut speeds: Vec<f64> = of_sample.iter().filter_map(|r| r.speed_m_s).collect();
+        speeds.sort_by(f64::total_cmp);
+        speeds.dedup_by(|faster, slower| *faster <= CERTAINLY_OTHER_SPEED * *slower);
+        if speeds.len() >= ENOUGH {
+            found.extend(shared(of_sample));
+        }
+    }
+    for one in recordings {
+        let hum = |hz: &f64| of_the_mains(*hz, one.psd.resolution_hz) && *hz < HUM_HZ;
+        found.extend(peaks_hz(one).into_iter().filter(hum));
+    }
+    found.sort_by(f64::total_cmp);
+    let within_hz = within_hz(recordings);
+    found.dedup_by(|a, b| *a - *b <= 0.5 * within_hz);
+    found
 }
 
 fn of_the_mains(frequency_hz: f64, resolution_hz: f64) -> bool {
@@ -150,10 +220,11 @@ fn of_the_mains(frequency_hz: f64, resolution_hz: f64) -> bool {
 }
 
 /// Removes machine and mains `lines` (Hz) from the peaks that `summary` assigns to finger and texture: such a peak is neither
-/// the ridge frequency of the finger nor a harmonic of the texture's period.
+/// the ridge frequency of the finger nor a harmonic of the texture's period. Those, and the lines `in_doubt_hz`, are noted with the share of
+/// the power that they hold.
 ///
 /// Source: [`common_lines`].
-pub fn set_apart(summary: &mut Summary, lines: &[CommonLine]) {
+pub fn set_apart(summary: &mut Summary, lines: &[CommonLine], in_doubt_hz: &[f64]) {
     let machines: Vec<CommonLine> = lines
         .iter()
         .filter(|l| l.is_the_machines())
@@ -180,6 +251,22 @@ pub fn set_apart(summary: &mut Summary, lines: &[CommonLine]) {
         .filter(own)
         .map(|line| line.frequency_hz)
         .collect();
+    let machines = machines.iter().map(|line| line.frequency_hz);
+    let mut apart_hz: Vec<f64> = machines.chain(in_doubt_hz.iter().copied()).collect();
+    apart_hz.sort_by(f64::total_cmp);
+    let step_hz = summary.psd.resolution_hz;
+    apart_hz.dedup_by(|a, b| *a - *b <= 0.5 * step_hz);
+    let (mut left, all) = (summary.psd.mean.clone(), &summary.psd.mean);
+    for hz in &apart_hz {
+        for (bin, straight) in beside(&left, hz / step_hz) {
+            left[bin] = straight.min(left[bin]);
+        }
+    }
+    let power = all.iter().sum::<f64>();
+    if power > 0.0 {
+        summary.share_in_doubt = 1.0 - left.iter().sum::<f64>() / power;
+    }
+    summary.lines_in_doubt_hz = apart_hz;
 }
 
 #[cfg(test)]
@@ -213,6 +300,7 @@ mod tests {
                 speed_m_s: Some(*speed),
                 psd,
                 band: Band::new(Hertz(10.0), Hertz(1000.0)).unwrap(),
+                fine_hz: &[],
             })
             .collect();
         common_lines(&recordings)

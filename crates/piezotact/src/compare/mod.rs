@@ -13,11 +13,13 @@ mod touching;
 mod trends;
 mod warning;
 
+pub use conclusion::friction_conclusion;
 pub use confounded::{Confounder, confounders, unless_confounded};
 pub use distinguishability::{Distinguishability, Groups, Pair, PairCriterion, SampleUnit};
 pub use groups::{AcrossSamples, DiscriminationConfig, Texture, WithheldCause, discriminate};
 pub use left_out::{TextureWithLines, discriminate_without};
-pub use lines::{CommonLine, LineOrigin, LinesOf, common_lines, set_apart};
+pub use lines::{CommonLine, LineOrigin, LinesOf, common_lines, lines_in_doubt, set_apart};
+pub(crate) use period::lines_of_strokes;
 pub use period::{
     GroupPeriod, LinesOfSpeeds, PeriodCriterion, PeriodUnit, Sliding, SpatialPeriod, SpeedPeak,
     compare_periods, spatial_period,
@@ -31,7 +33,7 @@ pub use touching::{
 pub use trends::{
     ActivePassive, ActivePassivePair, FrictionChange, LevelSpread, RoughnessTrend,
     across_participants, across_roughness, active_against_passive, friction_against_rms,
-    friction_change, rms_on_speed,
+    friction_change, friction_on_speed, rms_on_speed,
 };
 pub use warning::{CompareWarning, Mixed};
 

@@ -13,6 +13,7 @@ use crate::criterion::{Criterion, Limit, Outcome};
 use crate::quantity::{Hertz, SampleRate};
 use crate::statistics::{standard_deviation, t_quantile};
 use crate::warning::{Few, FewWarning, Warning};
+pub(crate) use spectra::lines_of_strokes;
 use spectra::{Spectrum, by_speed, spectrum};
 
 /// One speed: what was recorded while sliding at it.
@@ -129,6 +130,9 @@ pub struct SpatialPeriod {
     pub lines: LinesOfSpeeds,
     /// The criteria and their outcomes.
     pub criteria: Vec<Criterion<PeriodCriterion>>,
+    /// The wavenumbers at which two speeds or more, and all that hold them, have a line, whatever stands highest, 1/m.
+    #[serde(skip)]
+    lines_1_m: Vec<f64>,
     /// What a person should know before relying on it; a document has these among its own.
     #[serde(skip)]
     pub warnings: Vec<Warning>,
@@ -191,6 +195,18 @@ impl SpatialPeriod {
         };
         let apart = (self.period_m / other.period_m).ln().abs();
         apart <= SAME_PERIOD.max(reach(self).hypot(reach(other)).min(MOST_REACH))
+    }
+
+    /// Whether its sample has lines at the period `other` at all speeds, also where its own period stands higher; multiples of its own
+    /// wavenumber do not count.
+    fn has_lines_of(&self, other: &Self) -> bool {
+        let wavenumber = 1.0 / other.period_m;
+        let order = (wavenumber * self.period_m).round();
+        let own = self.stands_out()
+            && order >= 2.0
+            && (wavenumber * self.period_m / order - 1.0).abs() <= SAME_PERIOD;
+        let mut lines = self.lines_1_m.iter();
+        !own && lines.any(|line| (line / wavenumber - 1.0).abs() <= SAME_PERIOD)
     }
 
     fn leaves_open(&self, rule: PeriodCriterion) -> bool {
@@ -411,6 +427,7 @@ pub fn spatial_period(slidings: &[Sliding<'_>], lowest: Hertz) -> Option<Spatial
         groups,
         lines,
         criteria,
+        lines_1_m: lines_of_all_speeds(&all),
         warnings: Vec::new(),
     };
     if !found.stands_out() {
@@ -445,14 +462,14 @@ pub fn spatial_period(slidings: &[Sliding<'_>], lowest: Hertz) -> Option<Spatial
     Some(found)
 }
 
-/// Adds to the periods of several samples whether all others have the same: then it is not decided whose it is, as those of the drive of the
-/// machine and of the ridges of the finger move with the speed as a texture's do.
+/// Adds to the periods of several samples whether all others have the same, as their period or as lines at all speeds below their own: then it
+/// is not decided whose it is, as those of the drive of the machine and of the ridges of the finger move with the speed as a texture's do.
 ///
 /// Source: house rule; f = v/λ holds for a lead screw, a gear and a finger too.
 pub fn compare_periods(periods: &mut [(&str, &mut SpatialPeriod)]) {
     let known: Vec<(String, SpatialPeriod)> = periods
         .iter()
-        .filter(|(_, period)| period.stands_out())
+        .filter(|(_, period)| period.stands_out() || !period.lines_1_m.is_empty())
         .map(|(sample, period)| ((*sample).to_owned(), (**period).clone()))
         .collect();
     for (sample, period) in periods {
@@ -460,7 +477,7 @@ pub fn compare_periods(periods: &mut [(&str, &mut SpatialPeriod)]) {
         let (mut all, mut same): (Vec<&str>, Vec<&str>) = (Vec::new(), Vec::new());
         for (other, its) in others {
             all.push(other);
-            if period.is_same_as(its) {
+            if its.stands_out() && period.is_same_as(its) || its.has_lines_of(period) {
                 same.push(other);
             }
         }
@@ -553,6 +570,22 @@ fn has_line(spectra: &[Spectrum], wavenumber: f64) -> Option<bool> {
         (false, _) => Some(false),
         (true, speeds) => (speeds >= LEAST_SPEEDS).then_some(true),
     }
+}
+
+/// The wavenumbers at which [`has_line`] is true, on a grid as fine as periods are compared.
+fn lines_of_all_speeds(spectra: &[Spectrum]) -> Vec<f64> {
+    let ends = spectra.iter().filter_map(|s| s.wavenumbers.last());
+    let high = ends.copied().fold(f64::MAX, f64::min);
+    let lows = spectra.iter().map(|s| s.wavenumbers[0]);
+    let low = lows.fold(f64::MAX, f64::min);
+    if spectra.len() < LEAST_SPEEDS || low >= high {
+        return Vec::new();
+    }
+    let step = 1.0 + SAME_PERIOD;
+    let lines = ((high / low).ln() / step.ln()) as i32;
+    let grid = (0..=lines).map(|i| low * step.powi(i));
+    grid.filter(|wavenumber| has_line(spectra, *wavenumber) == Some(true))
+        .collect()
 }
 
 /// Whether `wavenumber` is known not to be the harmonic number `order` of a longer period: at some speed that period's own frequency is

@@ -112,6 +112,12 @@ pub struct Summary {
     /// Lines that every sample has and that do not move with the speed, Hz: the machine's; see [`super::common_lines`].
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub machine_lines_hz: Vec<f64>,
+    /// Lines that may not be the texture's, Hz: the machine's, those that all samples have at this speed, and those of the mains.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub lines_in_doubt_hz: Vec<f64>,
+    /// The share of the power of the mean PSD that lies around them.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub share_in_doubt: f64,
     /// The finger's own frequency; absent while the speed is not known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fingerprint: Option<Fingerprint>,
@@ -123,6 +129,17 @@ pub struct Summary {
     /// What a person should know before relying on it; written with those of one kind as one.
     #[serde(serialize_with = "crate::warning::serialize_merged")]
     pub warnings: Vec<Warning>,
+}
+
+fn is_zero(share: &f64) -> bool {
+    *share == 0.0
+}
+
+impl Summary {
+    /// The mean rms without the lines that may not be the texture's, u.
+    pub(super) fn rms_without_lines(&self) -> f64 {
+        self.rms.mean * (1.0 - self.share_in_doubt).max(0.0).sqrt()
+    }
 }
 
 /// Known spatial periods of finger and texture; lengths in m.
@@ -210,6 +227,8 @@ pub fn summarise(
         receptors: receptor_levels(members),
         strongest_hz: strongest(&psd, band),
         machine_lines_hz: Vec::new(),
+        lines_in_doubt_hz: Vec::new(),
+        share_in_doubt: 0.0,
         fingerprint: speed_m_s.map(|speed| match periods.ridge_m {
             // At its expected frequency a smaller peak is accepted.
             Some(_) => {

@@ -5,8 +5,9 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::confounded::{self, loads_n};
-use super::{Confounder, Summary};
-use crate::statistics::{LogFit, PairedDifference, log_fit, mean, paired_difference};
+use super::trends::{friction_on, level_on};
+use super::{Confounder, FrictionChange, Summary};
+use crate::statistics::{LogFit, PairedDifference, mean, paired_difference};
 use crate::warning::Warning;
 
 /// How vibration and friction follow the load.
@@ -21,6 +22,9 @@ pub struct LoadTrend {
     /// That of the friction coefficient; absent where friction was not measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub friction_on_load: Option<LogFit>,
+    /// By how much friction changes.
+    #[serde(skip)]
+    pub friction_change: Option<FrictionChange>,
     /// What it leaves open.
     #[serde(skip)]
     pub warnings: Vec<Warning>,
@@ -28,21 +32,21 @@ pub struct LoadTrend {
 
 /// How rms and friction follow the load over `groups`, one for each load, whose recordings state `stated_n`.
 ///
-/// Formula: [`log_fit`] over groups, as over speeds.
+/// Formula: [`crate::statistics::log_fit`] over groups, as over speeds; loads have to span more than 20 %.
 ///
 /// Source: house rule; L. Felicetti's thesis (2024), section 1.2.5, for what sets the level of a texture.
 #[must_use]
 pub fn load_trend(groups: &[&Summary], stated_n: &[Option<f64>]) -> LoadTrend {
     let load_n = loads_n(groups, stated_n);
-    let fit = |value: &dyn Fn(&Summary) -> Option<f64>| {
-        let known = groups.iter().zip(&load_n);
-        let known = known.filter_map(|(group, load)| Some(((*load)?, value(group)?)));
-        let (load, value): (Vec<f64>, Vec<f64>) = known.unzip();
-        log_fit(&load, &value)
-    };
+    let with_load = groups.iter().zip(&load_n);
+    let (load, with_load): (Vec<f64>, Vec<&Summary>) = with_load
+        .filter_map(|(group, load)| Some(((*load)?, *group)))
+        .unzip();
+    let (friction_on_load, friction_change) = friction_on(&load_n, groups).unzip();
     LoadTrend {
-        rms_on_load: fit(&|group| Some(group.rms.mean)),
-        friction_on_load: fit(&|group| Some(group.friction_coefficient?.mean)),
+        rms_on_load: level_on(&load, &with_load),
+        friction_on_load,
+        friction_change: friction_change.flatten(),
         warnings: confounded::warnings(groups, stated_n, "load"),
         load_n,
     }

@@ -32,6 +32,8 @@ pub struct RoughnessTrend {
     pub friction_change: Option<FrictionChange>,
 }
 
+/// A power law needs values of what it is on whose ratio is more than this.
+const LEAST_SPAN: f64 = 1.2;
 /// A change of the friction coefficient that counts is at least this share of it.
 pub(super) const LEAST_CHANGE: f64 = 0.01;
 
@@ -96,7 +98,8 @@ pub fn across_roughness(samples: &[&Summary], ra: impl Fn(&str) -> Option<f64>) 
         .filter_map(|sample| Some((*sample, ra(&sample.name)?)))
         .collect();
     let ra_m: Vec<f64> = known.iter().map(|(_, ra_m)| *ra_m).collect();
-    let rms: Vec<f64> = known.iter().map(|(s, _)| s.rms.mean).collect();
+    let samples: Vec<&Summary> = known.iter().map(|(s, _)| *s).collect();
+    let rms: Vec<f64> = samples.iter().map(|s| s.rms.mean).collect();
     let with_friction: Vec<(f64, Statistics)> = known
         .iter()
         .filter_map(|(s, ra_m)| Some((*ra_m, s.friction_coefficient?)))
@@ -108,7 +111,7 @@ pub fn across_roughness(samples: &[&Summary], ra: impl Fn(&str) -> Option<f64>) 
     RoughnessTrend {
         samples: known.iter().map(|(s, _)| s.name.clone()).collect(),
         // Two samples always lie on a line.
-        rms_on_ra: log_fit(&ra_m, &rms).filter(|fit| fit.points > 2),
+        rms_on_ra: level_on(&ra_m, &samples).filter(|fit| fit.points > 2),
         rms_rank_correlation: rank_correlation(&ra_m, &rms),
         friction_rank_correlation: rank_correlation(&of_friction, &friction),
         friction_change: friction_change(&with_friction),
@@ -132,16 +135,67 @@ pub fn friction_against_rms(
     (rank_correlation(&friction, &rms), friction_change(&pairs))
 }
 
-/// The line of log rms on log speed over `groups`, one for each speed; `None` for fewer than two speeds.
+/// The line of log rms on log speed over `groups`, one for each speed; `None` for fewer than two speeds, and where all are within 20 %.
 ///
 /// Source: [`log_fit`].
 #[must_use]
 pub fn rms_on_speed(groups: &[&Summary]) -> Option<LogFit> {
-    let (speed, rms): (Vec<f64>, Vec<f64>) = groups
+    let (speed, groups): (Vec<f64>, Vec<&Summary>) = groups
         .iter()
-        .filter_map(|s| Some((s.speed_m_s?.mean, s.rms.mean)))
+        .filter_map(|s| Some((s.speed_m_s?.mean, *s)))
         .unzip();
-    log_fit(&speed, &rms)
+    level_on(&speed, &groups)
+}
+
+/// The line of the log friction coefficient on log speed over `groups`, as [`rms_on_speed`], and by how much friction changes; `None` where
+/// friction was not measured too.
+///
+/// Source: [`log_fit`].
+#[must_use]
+pub fn friction_on_speed(groups: &[&Summary]) -> Option<(LogFit, Option<FrictionChange>)> {
+    let speeds = groups.iter().map(|s| Some(s.speed_m_s?.mean));
+    friction_on(&speeds.collect::<Vec<_>>(), groups)
+}
+
+/// The line of the log friction coefficient of `groups` on log `x`, where both are known, and by how much friction changes; `None` where x
+/// spans less than 20 %.
+pub(super) fn friction_on(
+    x: &[Option<f64>],
+    groups: &[&Summary],
+) -> Option<(LogFit, Option<FrictionChange>)> {
+    let pairs = x.iter().zip(groups);
+    let pairs: Vec<(f64, Statistics)> = pairs
+        .filter_map(|(x, s)| Some(((*x)?, s.friction_coefficient?)))
+        .collect();
+    let (x, friction): (Vec<f64>, Vec<f64>) = pairs.iter().map(|(x, s)| (*x, s.mean)).unzip();
+    let fit = log_fit(&x, &friction).filter(|_| spans(&x))?;
+    Some((fit, friction_change(&pairs)))
+}
+
+/// The line of the log rms of `groups` on log `x`; `None` where x spans less than 20 %. Where lines that may not be the texture's hold some of
+/// the power, its interval reaches over that of the line without them too.
+pub(super) fn level_on(x: &[f64], groups: &[&Summary]) -> Option<LogFit> {
+    let fit = |level: fn(&Summary) -> f64| {
+        let levels: Vec<f64> = groups.iter().map(|group| level(group)).collect();
+        log_fit(x, &levels)
+    };
+    let with = fit(|group| group.rms.mean).filter(|_| spans(x))?;
+    let without = fit(Summary::rms_without_lines)?;
+    let hull = with.slope_interval.zip(without.slope_interval);
+    let hull = hull.map(|(a, b)| [a[0].min(b[0]), a[1].max(b[1])]);
+    let p_values = with.p_value.zip(without.p_value);
+    Some(LogFit {
+        slope_interval: hull.or(with.slope_interval),
+        p_value: p_values.map(|(a, b)| a.max(b)).or(with.p_value),
+        ..with
+    })
+}
+
+/// Whether values differ by enough for a power law: over less than 20 % what else differs decides.
+fn spans(x: &[f64]) -> bool {
+    let high = x.iter().copied().fold(f64::MIN, f64::max);
+    let low = x.iter().copied().fold(f64::MAX, f64::min);
+    high > LEAST_SPAN * low
 }
 
 /// One sample touched actively and passively.

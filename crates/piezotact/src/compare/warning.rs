@@ -1,5 +1,6 @@
 //! Warnings about comparisons.
 
+use super::conclusion::listed_hz;
 use crate::number::{digits, rounded};
 use serde::{Deserialize, Serialize};
 
@@ -64,6 +65,14 @@ pub enum Mixed {
         "the {what} of some recordings is not known: a difference between groups may come from it and not from the {by}"
     )]
     Unknown { what: String, by: String },
+    /// Lines that may not be the textures' hold a part of the power that counts.
+    #[error(
+        "lines at {} Hz, which may be of the machine or the mains, hold up to {:.0} % of the power: differences and slopes are said only as \
+            far as they hold with and without them",
+        listed_hz(lines_hz),
+        100.0 * share
+    )]
+    LinesInDoubt { lines_hz: Vec<f64>, share: f64 },
     /// Recordings without a counterpart for comparison.
     #[error(
         "{recordings} cannot be compared, as they differ from the others in more than the compared factor"
@@ -91,6 +100,10 @@ impl Mixed {
         match self {
             Self::Pooled { what, .. } => {
                 format!("group by {}, or compare the groups", factor_of(what))
+            }
+            Self::LinesInDoubt { .. } => {
+                "record the machine without contact, and one sample that differs from the others"
+                    .into()
             }
             Self::NamesAlike { .. } => "give one sample one name".into(),
             Self::Confounded { .. }

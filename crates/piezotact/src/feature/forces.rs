@@ -1,11 +1,19 @@
 //! The forces of one stroke.
 
+use std::borrow::Cow;
+
+use crate::quantity::Seconds;
+use crate::statistics::{mean, rms};
+use crate::stroke::frames::smoothed;
 use crate::stroke::{Interval, Segmentation, Signals};
 
 /// A stroke with less normal force than this has no friction coefficient, N.
 const LEAST_NORMAL_N: f64 = 0.01;
 /// The friction coefficient is the tangential force over the normal one, but at least this, N.
 const LEAST_DIVISOR_N: f64 = 1e-6;
+/// A normal force that fluctuates by this share of its mean within this time is noisy.
+const NOISY: f64 = 0.1;
+const HUM_SMOOTHING: Seconds = Seconds(0.04);
 
 /// The forces of one stroke by sample, re their zeros while the finger is lifted.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,7 +60,9 @@ pub(super) enum Touch {
     Broken,
 }
 
-/// Writes the normal force and the ratio of the tangential to it by sample; the ratio is empty without a tangential force.
+/// Writes the normal force and the ratio of the tangential to it by sample; the ratio is empty without a tangential force. Where the normal force
+/// fluctuates within 40 ms, two periods of the mains, by more than a tenth of its mean, as noise or hum of its cell does, the ratio is that of
+/// forces smoothed over that time: the mean of a ratio to noise is too high without limit.
 pub(super) fn fill(
     (signals, segmentation): (&Signals<'_>, &Segmentation),
     steady: Interval,
@@ -70,19 +80,31 @@ pub(super) fn fill(
     force.clear();
     force.extend(steady.of(normal_n).iter().map(|v| v * sign - normal_zero));
     ratio.clear();
-    let axes: Vec<(&[f64], f64)> = signals
+    let width = signals.rate.samples_in(HUM_SMOOTHING);
+    let smooth_n = smoothed(force, width);
+    let fast = force.iter().zip(&smooth_n).map(|(n, mean)| n - mean);
+    let noise_n = rms(&fast.collect::<Vec<_>>());
+    let is_noisy = noise_n > NOISY * mean(&smooth_n).abs();
+    let axes: Vec<(Cow<'_, [f64]>, f64)> = signals
         .tangential_force_n
         .iter()
         .enumerate()
-        .map(|(i, axis)| (steady.of(axis), zero(i + 1)))
+        .map(|(i, axis)| {
+            let axis = steady.of(axis);
+            let axis = match is_noisy {
+                true => Cow::Owned(smoothed(axis, width)),
+                false => Cow::Borrowed(axis),
+            };
+            (axis, zero(i + 1))
+        })
         .collect();
     ratio.resize(if axes.is_empty() { 0 } else { force.len() }, 0.0);
-    let (squares, normals) = (&mut *ratio, &*force);
+    let (squares, normals) = (&mut *ratio, if is_noisy { &smooth_n } else { &*force });
     pulp::Arch::new().dispatch(
         #[inline(always)]
         || {
             for (axis, zero) in &axes {
-                for (square, value) in squares.iter_mut().zip(*axis) {
+                for (square, value) in squares.iter_mut().zip(axis.iter()) {
                     *square += (value - zero) * (value - zero);
                 }
             }
@@ -91,8 +113,8 @@ pub(super) fn fill(
             }
         },
     );
-    let off = force.iter().filter(|n| **n < LEAST_NORMAL_N).count();
-    Some(match 50 * off <= force.len() {
+    let off = normals.iter().filter(|n| **n < LEAST_NORMAL_N).count();
+    Some(match 50 * off <= normals.len() {
         true => Touch::Lasting,
         false => Touch::Broken,
     })

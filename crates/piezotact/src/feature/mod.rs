@@ -295,6 +295,8 @@ pub struct Analysis {
     pub config: FeatureConfig,
     /// The lines that are there while nothing is touched, where they hold a part of the power of the strokes.
     pub rest_lines: Vec<RestLine>,
+    /// The PSD while nothing is touched, with the lines of those of the strokes; absent where no rest is as long as one of their segments.
+    pub rest_psd: Option<Vec<f64>>,
     /// What a person should know before relying on it.
     pub warnings: Vec<Warning>,
 }
@@ -415,6 +417,7 @@ pub fn analyse(
         }
     }
     Ok(Analysis {
+        rest_psd: rest::psd(&vibrations, segmentation, (&config.welch, signals.rate))?,
         rest_lines,
         fft: amplitudes(&vibrations, segmentation, (signals.rate, &unit))?,
         psd: StrokeSpectra::over(psds, resolution_hz, unit.of_psd()),

@@ -1,7 +1,9 @@
 //! Lines that are there while nothing is touched: of the mains, or of a machine.
 
+use super::FeatureError;
 use crate::integrity::{ChannelFault, RestLine, SignalWarning, lines_at_rest};
-use crate::quantity::{SampleRate, Seconds};
+use crate::quantity::{SampleRate, Seconds, Uncalibrated};
+use crate::spectrum::{WelchConfig, WelchPlan};
 use crate::statistics::mean;
 use crate::stroke::{Interval, Segmentation};
 use crate::warning::Warning;
@@ -63,4 +65,26 @@ pub(super) fn of_channel(
         });
         (lines, warning)
     })
+}
+
+/// The PSD of `channels` in the rests that are as long as a segment, averaged over channels; `None` without such a rest.
+pub(super) fn psd(
+    channels: &[&[f64]],
+    segmentation: &Segmentation,
+    (config, rate): (&WelchConfig, SampleRate),
+) -> Result<Option<Vec<f64>>, FeatureError> {
+    let Some(first) = channels.first() else {
+        return Ok(None);
+    };
+    let mut rests = rests(segmentation, first.len(), rate);
+    rests.retain(|rest| rest.len() >= config.segment);
+    if rests.is_empty() {
+        return Ok(None);
+    }
+    let parts = channels
+        .iter()
+        .flat_map(|channel| rests.iter().map(|rest| rest.of(channel)));
+    let parts: Vec<&[f64]> = parts.collect();
+    let spectrum = WelchPlan::new(config, rate)?.estimate::<Uncalibrated>(&parts)?;
+    Ok(Some(spectrum.values))
 }

@@ -22,7 +22,9 @@ pub use paired::{
     PairedDifference, mean_interval, paired_difference, positive_mean_interval, sign_test,
 };
 pub(crate) use permutation::{Draws, units_needed};
-pub use permutation::{Permuted, holm, permutation_test, sign_flip_test, smallest_p};
+pub use permutation::{
+    Permuted, holm, permutation_test, permutation_test_within, sign_flip_test, smallest_p,
+};
 pub use rank::{RankCorrelation, rank_correlation, spearman};
 pub(crate) use student::deviation_interval;
 pub use student::t_quantile;

@@ -111,6 +111,45 @@ pub fn permutation_test(
     }
 }
 
+/// As [`permutation_test`] of units that are exchanged within strata only, such as speeds: each of `strata` is how many units it has, and how many
+/// of them are of the first group. The statistic gets the indices of the first group in every stratum. Divisions of several strata are drawn.
+///
+/// Formula: (k + 1)/(n + 1) with k of n = `draws` divisions drawn with `ChaCha8` from `seed`; one stratum as [`permutation_test`].
+///
+/// Source: as [`permutation_test`]; E. S. Edgington and P. Onghena (2007), *Randomization Tests*, 4th ed., chapter 5, for strata.
+#[must_use]
+pub fn permutation_test_within(
+    strata: &[[usize; 2]],
+    draws: usize,
+    seed: u64,
+    statistic: &mut dyn FnMut(&[&[usize]]) -> f64,
+) -> Permuted {
+    if let [[count, first]] = strata {
+        return permutation_test(*count, *first, draws, seed, &mut |chosen| {
+            statistic(&[chosen])
+        });
+    }
+    let mut orders: Vec<Vec<usize>> = strata.iter().map(|[n, _]| (0..*n).collect()).collect();
+    let chosen = |orders: &[Vec<usize>], statistic: &mut dyn FnMut(&[&[usize]]) -> f64| {
+        let each = orders.iter().zip(strata);
+        let each: Vec<&[usize]> = each.map(|(o, [n, k])| &o[..*k.min(n)]).collect();
+        statistic(&each)
+    };
+    let observed = chosen(&orders, statistic);
+    let least = observed - SAME * observed.abs();
+    let mut random = Draws::new(seed);
+    let mut larger = 0usize;
+    for _ in 0..draws {
+        orders.iter_mut().for_each(|order| random.shuffle(order));
+        larger += usize::from(chosen(&orders, statistic) >= least);
+    }
+    Permuted {
+        p_value: (larger + 1) as f64 / (draws + 1) as f64,
+        divisions: draws,
+        exhaustive: false,
+    }
+}
+
 /// The probability of a mean of `differences` at least as far from zero as observed, were it chance which sign each has: a paired
 /// test, in which each person is one difference. `None` where there is none, or one is not a number.
 ///
@@ -196,12 +235,11 @@ pub fn smallest_p(a: usize, b: usize) -> f64 {
     same / divisions(a + b, a) as f64
 }
 
-/// The smallest number of units in each of two groups with which a permutation test can show a difference at `alpha` over
-/// `pairs` pairs.
-pub(crate) fn units_needed(pairs: usize, alpha: f64) -> usize {
-    (2..64)
-        .find(|n| pairs as f64 * smallest_p(*n, *n) <= alpha)
-        .unwrap_or(64)
+/// The smallest number of units in each of two groups, in each of `strata` strata, with which a permutation test can show a difference at `alpha`
+/// over `pairs` pairs.
+pub(crate) fn units_needed(pairs: usize, strata: usize, alpha: f64) -> usize {
+    let shows = |n: usize| smallest_p(n, n).powi(strata.max(1) as i32) * pairs as f64 <= alpha;
+    (2..64).find(|n| shows(*n)).unwrap_or(64)
 }
 
 /// Probabilities adjusted for all of them being looked at, in their order: those at most α are wrong, any of them, with a probability

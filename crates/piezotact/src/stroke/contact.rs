@@ -1,5 +1,6 @@
 //! Contact detection: the normal force above its own baseline, with hysteresis.
 
+use super::Signals;
 use super::force_warning::{ForceFault, ForceWarning};
 use super::frames::{Frames, quantile, smoothed};
 use crate::statistics::standard_deviation;
@@ -25,6 +26,8 @@ pub(super) const HUM_SMOOTHING_S: f64 = 0.04;
 const CLEARLY: f64 = 1.5;
 const CLEARLY_HELD: f64 = 4.0;
 const FEWEST_LOOKS: usize = 5;
+/// An end of the force is near zero within this share of the other.
+const AT_ZERO: f64 = 0.1;
 
 /// The force above its baseline, frame by frame, with what was found on the way.
 #[derive(Clone, Debug)]
@@ -126,66 +129,113 @@ fn above(frames: Frames, smooth_n: Vec<f64>, envelope: Polyline, on_n: f64) -> F
     }
 }
 
-/// The sign that makes `force_n` positive in contact: contact is where the finger vibrates (or, where that does not tell, where the force is
-/// farther from zero). Where it is known in which frames the surface `moves`, those are compared first: a finger that rests in contact does
+/// The sign that makes `force_n`, the means of frames, positive in contact, and how many times as much the finger vibrates without contact by it,
+/// where that contradicts it. A force that is near zero at one of its ends is in contact at the other, unless the tangential forces say the
+/// contrary: a robot vibrates on its way back too. Otherwise contact is where the finger vibrates or, where that does not tell, where the force
+/// is farther from zero. Where it is known in which frames the surface `moves`, those are compared first: a finger that rests in contact does
 /// not vibrate either. Short windows at some hundred places are enough.
 pub(super) fn polarity(
     frames: Frames,
     force_n: &[f64],
-    vibration: Option<&[f64]>,
+    signals: &Signals<'_>,
     moves: Option<&[bool]>,
-) -> f64 {
+) -> (f64, Option<f64>) {
     let (bottom, top) = (quantile(force_n, 0.02), quantile(force_n, 0.98));
     let far = if top < 0.5 * bottom.abs() && bottom < 0.0 {
         -1.0
     } else {
         1.0
     };
-    let Some(vibration) = vibration else {
-        return far;
+    let Some(vibration) = signals.vibration else {
+        return (far, None);
     };
     let width = frames.in_time(0.05);
     let step = (force_n.len() / 400).max(width);
     let places = (0..force_n.len().saturating_sub(width)).step_by(step);
+    let middle = |values: &[f64]| quantile(values, 0.5);
     let all = places.clone().map(|from| {
         let level = frames.fast_level(vibration, from, from + width, width);
         (
             level.iter().sum::<f64>(),
-            quantile(&force_n[from..from + width], 0.5),
+            middle(&force_n[from..from + width]),
         )
     });
     let mut looks: Vec<(f64, f64)> = all.collect();
     let moved = moves.map_or_else(Vec::new, |moves| {
         let here = |from: usize| moves.get(from + width / 2) == Some(&true);
-        let moved = places.zip(&looks).filter(|(from, _)| here(*from));
+        let moved = places.clone().zip(&looks).filter(|(from, _)| here(*from));
         moved.map(|(_, look)| *look).collect()
     });
     // A finger that is held in contact presses and vibrates more in one direction than in the other.
     let may_be_held = top - bottom < 0.5 * top.abs().max(bottom.abs());
     let clearly = if may_be_held { CLEARLY_HELD } else { CLEARLY };
     let side = |looks: &[(f64, f64)]| louder_side(looks, 0.2 * (top - bottom), clearly);
-    if let Some(sign) = side(&moved).or_else(|| side(&looks)) {
-        return sign;
+    let louder = side(&moved).or_else(|| side(&looks));
+    let near = |end: f64| end.abs() < AT_ZERO * top.abs().max(bottom.abs());
+    let by_zero = match (near(bottom), near(top)) {
+        (true, false) => Some(1.0),
+        (false, true) => Some(-1.0),
+        _ => None,
+    };
+    if let (Some(sign), Some((louder, ratio))) = (by_zero, louder)
+        && sign != louder
+    {
+        let axes = signals.tangential_force_n.iter();
+        let axes = axes.map(|axis| {
+            let means = places.clone();
+            let means = means.map(|from| middle(&frames.means_of(axis, from, from + width)));
+            means.collect::<Vec<f64>>()
+        });
+        let contact = |n: f64| (n > 0.5 * (bottom + top)) == (sign > 0.0);
+        return match more_friction_where(contact, &looks, &axes.collect::<Vec<_>>()) {
+            Some(false) => (louder, None),
+            Some(true) | None => (sign, Some(ratio)),
+        };
+    }
+    if let Some((sign, _)) = louder {
+        return (sign, None);
     }
     looks.sort_by(|a, b| a.0.total_cmp(&b.0));
     let share = looks.len() / 5;
     if share < 3 || moves.is_some() {
-        return far;
+        return (far, None);
     }
-    let middle =
-        |part: &[(f64, f64)]| quantile(&part.iter().map(|look| look.1).collect::<Vec<_>>(), 0.5);
-    let rise_n = middle(&looks[looks.len() - share..]) - middle(&looks[..share]);
+    let middle_of =
+        |part: &[(f64, f64)]| middle(&part.iter().map(|look| look.1).collect::<Vec<_>>());
+    let rise_n = middle_of(&looks[looks.len() - share..]) - middle_of(&looks[..share]);
     // Less than a fifth of the range is not significant: a force that hardly differs, or a signal that is quiet throughout.
-    if rise_n.abs() < 0.2 * (top - bottom) {
+    let sign = if rise_n.abs() < 0.2 * (top - bottom) {
         far
     } else {
         rise_n.signum()
+    };
+    (sign, None)
+}
+
+/// Whether the tangential forces of `axes`, one value for each of `looks`, are farther from zero where the normal force is that of a `contact`;
+/// none where neither side has twice as much.
+fn more_friction_where(
+    contact: impl Fn(f64) -> bool,
+    looks: &[(f64, f64)],
+    axes: &[Vec<f64>],
+) -> Option<bool> {
+    let magnitude = |touches: bool| {
+        let here = looks.iter().enumerate();
+        let here = here.filter(|(_, look)| contact(look.1) == touches);
+        let values = here.map(|(i, _)| axes.iter().map(|axis| axis[i].powi(2)).sum::<f64>());
+        quantile(&values.map(f64::sqrt).collect::<Vec<_>>(), 0.5)
+    };
+    let (touching, lifted) = (magnitude(true), magnitude(false));
+    match (touching > 2.0 * lifted, lifted > 2.0 * touching) {
+        (true, _) => Some(true),
+        (_, true) => Some(false),
+        _ => None,
     }
 }
 
 /// The side of the middle of the force on which `looks` (the level of the vibration and the force) vibrate `clearly` times as much in their upper
-/// quartile, and not so much less in their lower one; `None` where there is no such side, or the forces of both differ by less than `least_n`.
-fn louder_side(looks: &[(f64, f64)], least_n: f64, clearly: f64) -> Option<f64> {
+/// quartile, and not so much less in their lower one, and how many times; `None` where there is no such side, or the forces of both differ by less than `least_n`.
+fn louder_side(looks: &[(f64, f64)], least_n: f64, clearly: f64) -> Option<(f64, f64)> {
     let forces: Vec<f64> = looks.iter().map(|look| look.1).collect();
     let middle_n = 0.5 * (quantile(&forces, 0.02) + quantile(&forces, 0.98));
     let side = |is_above: bool| {
@@ -200,8 +250,8 @@ fn louder_side(looks: &[(f64, f64)], least_n: f64, clearly: f64) -> Option<f64> 
     }
     let louder = |a: [f64; 2], b: [f64; 2]| a[1] > clearly * b[1] && b[0] <= clearly * a[0];
     match (louder(high, low), louder(low, high)) {
-        (true, _) => Some(1.0),
-        (_, true) => Some(-1.0),
+        (true, _) => Some((1.0, high[1] / low[1])),
+        (_, true) => Some((-1.0, low[1] / high[1])),
         _ => None,
     }
 }

@@ -13,7 +13,7 @@ use super::force_warning::warnings_of_force;
 use super::frames::{Frames, quantile, smoothed};
 use super::sliding::{
     ABOVE_FLOOR, CLEARLY_ABOVE_FLOOR, ForceNoise, floor, friction_level, loudness,
-    sliding_by_friction, sliding_parts, slower_slips, stick_slip_in_friction,
+    sliding_by_friction, sliding_parts, slow_level, slower_slips, stick_slip_in_friction,
     stick_slip_in_vibration, vibration_level,
 };
 use super::{
@@ -161,13 +161,7 @@ pub fn segment_by_force(
     }
     let frames = Frames::at(signals.rate);
     let mut warnings = Vec::new();
-    let (force, sign) = oriented(
-        frames,
-        frames.means(normal_n),
-        signals.vibration,
-        None,
-        &mut warnings,
-    )?;
+    let (force, sign) = oriented(frames, frames.means(normal_n), signals, None, &mut warnings)?;
     let smoothing = (rule.smoothing_s.0, rule.on_n.0);
     let smooth_n = quiet(frames, &force, smoothing, &mut warnings);
     let force = above_drifting_zero(frames, smooth_n, rule.on_n.0);
@@ -192,7 +186,11 @@ pub fn segment_by_force(
         floor: signals
             .vibration
             .filter(|_| rule.judging == Judging::Sliding)
-            .and_then(|vibration| floor(frames, vibration, &force.lifts)),
+            .and_then(|vibration| floor(frames, vibration, &force.lifts, vibration_level)),
+        slow_floor: signals
+            .vibration
+            .filter(|_| rule.judging == Judging::Sliding)
+            .and_then(|vibration| floor(frames, vibration, &force.lifts, slow_level)),
         noise: ForceNoise::of(
             frames,
             (&force.level_n, normal_n),
@@ -303,7 +301,7 @@ pub(super) fn long_strokes(strokes: &[Stroke], rate: SampleRate) -> Vec<Warning>
 pub(super) fn oriented(
     frames: Frames,
     mut force: Vec<f64>,
-    vibration: Option<&[f64]>,
+    signals: &Signals<'_>,
     moves: Option<&[bool]>,
     warnings: &mut Vec<Warning>,
 ) -> Result<(Vec<f64>, f64), SegmentError> {
@@ -315,7 +313,11 @@ pub(super) fn oriented(
             found: format!("{first} N"),
         });
     }
-    let sign = polarity(frames, &force, vibration, moves);
+    let (sign, contradiction) = polarity(frames, &force, signals, moves);
+    warnings.extend(contradiction.map(|ratio| {
+        let fault = ForceFault::LiftsVibrate { ratio };
+        Warning::from(ForceWarning::Doubtful { fault })
+    }));
     if sign < 0.0 {
         for value in &mut force {
             *value = -*value;
@@ -366,6 +368,8 @@ struct Cutter<'a> {
     limits: Limits<'a>,
     /// The level of the vibration while nothing touches.
     floor: Option<f64>,
+    /// That of its slower part.
+    slow_floor: Option<f64>,
     tangential: Vec<Tangential<'a>>,
     noise: ForceNoise,
     /// The median level of friction of the contacts, where sliding is judged by it; else 0.
@@ -477,8 +481,7 @@ impl Cutter<'_> {
     /// That the vibration in the frames `from`…`to` of a contact is less than `clear` times that without contact, so that it does not show
     /// where the finger slides; `None` where it is more, or was not measured.
     fn unclear(&self, from: usize, to: usize, clear: f64) -> Option<Reason> {
-        let (vibration, floor) = (self.signals.vibration?, self.floor?);
-        let level = vibration_level(self.frames, vibration, from, to);
+        let (level, floor) = self.level_and_floor(from, to)?;
         let (ratio, needed) = (loudness(&level) / floor, ABOVE_FLOOR);
         (ratio < clear).then_some(Reason::SlidingUnclear { ratio, needed })
     }
@@ -499,11 +502,27 @@ impl Cutter<'_> {
         }
     }
 
+    /// The level of the vibration in the frames `from`…`to`, and that without contact: of its slower part where the other does not show that the
+    /// finger slides and this one does, clearly.
+    fn level_and_floor(&self, from: usize, to: usize) -> Option<(Vec<f64>, f64)> {
+        let (vibration, floor) = (self.signals.vibration?, self.floor?);
+        let level = vibration_level(self.frames, vibration, from, to);
+        if loudness(&level) >= ABOVE_FLOOR * floor {
+            return Some((level, floor));
+        }
+        let slow = slow_level(self.frames, vibration, from, to);
+        match self.slow_floor {
+            Some(slow_floor) if loudness(&slow) >= CLEARLY_ABOVE_FLOOR * slow_floor => {
+                Some((slow, slow_floor))
+            }
+            _ => Some((level, floor)),
+        }
+    }
+
     /// Where the finger slides within the contact: by its vibration where one was measured and there is a lift
     /// to compare it with, else by the friction; else all of it.
     fn sliding(&self, from: usize, to: usize) -> Vec<(usize, usize)> {
-        if let (Some(vibration), Some(floor)) = (self.signals.vibration, self.floor) {
-            let level = vibration_level(self.frames, vibration, from, to);
+        if let Some((level, floor)) = self.level_and_floor(from, to) {
             return sliding_parts(self.frames, &level, floor);
         }
         match self.friction(from, to) {

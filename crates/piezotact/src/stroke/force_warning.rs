@@ -99,6 +99,12 @@ pub enum ForceFault {
         counted(*count, "part")
     )]
     VibrationContradicts { count: usize, ratio: f64 },
+    /// The finger vibrates more where the normal force is near zero.
+    #[error(
+        "the vibration is {ratio:.1} times as much where the normal force is near zero as where it presses: what is near zero is taken as lifted, \
+            since the forces say so"
+    )]
+    LiftsVibrate { ratio: f64 },
     /// The normal force fluctuates where nothing touches, as much as a light touch.
     #[error(
         "the normal force fluctuates by {noise_n:.3} N rms where it is quietest, and a contact needs {threshold_n} N: noise or hum of its cell; it \
@@ -138,7 +144,7 @@ impl ForceFault {
             Self::Fluctuates { .. } | Self::SlipsHidden { .. } => {
                 "shield the cable of the cell, or filter the forces before they are sampled"
             }
-            Self::VibrationContradicts { .. } => {
+            Self::VibrationContradicts { .. } | Self::LiftsVibrate { .. } => {
                 "check channel, sign and zero of the normal force; cut the strokes by hand"
             }
         }

@@ -157,7 +157,7 @@ fn bends(signal: &[f64], size: usize) -> Vec<f64> {
 
 /// The mean over `width` frames around every frame; fewer at the ends. The sum is computed again every thousand values, so that
 /// rounding does not pile up.
-pub(super) fn smoothed(values: &[f64], width: usize) -> Vec<f64> {
+pub(crate) fn smoothed(values: &[f64], width: usize) -> Vec<f64> {
     let (before, after) = ((width.max(1) - 1) / 2, width.max(1) / 2);
     let n = values.len();
     let mut means = Vec::with_capacity(n);

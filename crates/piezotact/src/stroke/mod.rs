@@ -9,7 +9,7 @@ mod criteria;
 mod cuts;
 mod force;
 mod force_warning;
-mod frames;
+pub(crate) mod frames;
 mod sliding;
 mod speed;
 mod warning;

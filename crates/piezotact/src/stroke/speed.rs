@@ -314,7 +314,7 @@ fn held(
         return Ok(None);
     };
     let means = frames.means(normal_n);
-    let (means, sign) = oriented(frames, means, signals.vibration, Some(moves), warnings)?;
+    let (means, sign) = oriented(frames, means, signals, Some(moves), warnings)?;
     let (on_n, off_n) = (rule.touch_n.0, 0.5 * rule.touch_n.0);
     let smooth_n = quiet(frames, &means, (0.01, on_n), warnings);
     let Some(force) = above_rest(frames, smooth_n.clone(), on_n) else {

@@ -5,12 +5,13 @@ use serde::Serialize;
 use super::grouping::{Grouping, Setting, differ_in, left_out};
 use super::{AnalysedRecording, Factor, Group, StudyError};
 use crate::compare::{
-    AcrossSamples, ActivePassive, Confounder, Contacts, DirectionContrast, DirectionDifference,
-    DirectionSetting, DirectionTrend, DiscriminationConfig, FrictionChange, Groups, LevelSpread,
-    LoadTrend, RoughnessTrend, Sliding, SpatialPeriod, Summary, TextureWithLines, WithheldCause,
-    across_participants, across_roughness, active_against_passive, comparable, compare_periods,
-    confounders, direction_contrasts, direction_trend, discriminate_without, friction_against_rms,
-    load_trend, rms_on_speed, spatial_period,
+    AcrossSamples, ActivePassive, CompareWarning, Confounder, Contacts, DirectionContrast,
+    DirectionDifference, DirectionSetting, DirectionTrend, DiscriminationConfig, FrictionChange,
+    Groups, LevelSpread, LoadTrend, Mixed, RoughnessTrend, Sliding, SpatialPeriod, Summary,
+    TextureWithLines, WithheldCause, across_participants, across_roughness, active_against_passive,
+    comparable, compare_periods, confounders, direction_contrasts, direction_trend,
+    discriminate_without, friction_against_rms, friction_on_speed, load_trend, rms_on_speed,
+    spatial_period,
 };
 use crate::criterion::Outcome;
 use crate::discrimination::Model;
@@ -23,6 +24,9 @@ use crate::warning::Warning;
 
 /// The band over which active and passive touch are compared, Hz.
 const ACTIVE_PASSIVE_HZ: [f64; 2] = [20.0, 500.0];
+
+/// The share of the power in lines that may not be the textures' from which on it is a warning.
+const IN_DOUBT: f64 = 0.2;
 
 /// Lines at rest that are nearer than this are one.
 const SAME_LINE_HZ: f64 = 2.0;
@@ -106,11 +110,17 @@ pub struct SampleTrend {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct SpeedTrend {
-    /// The power law of rms on speed; absent for fewer than two speeds.
+    /// The power law of rms on speed; absent for fewer than two speeds, and where all are within 20 %.
     pub rms_on_speed: Option<LogFit>,
     /// Its direction.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rms_trend: Option<Direction>,
+    /// The power law of the friction coefficient on speed; absent where friction was not measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub friction_on_speed: Option<LogFit>,
+    /// By how much friction changes.
+    #[serde(skip)]
+    pub friction_change: Option<FrictionChange>,
     /// The strongest candidate of a spatial period; absent where nothing was found.
     pub period: Option<SpatialPeriod>,
 }
@@ -151,6 +161,20 @@ impl Comparison {
             Trend::Samples(_) | Trend::Participants { .. } | Trend::Touch {} => &[],
         }
     }
+}
+
+/// The warning that lines which may not be the textures' hold more than a fifth of the power of some group: 1 dB.
+fn warning_of_lines(groups: &[Group]) -> Option<Warning> {
+    let most = groups.iter().map(|group| &group.summary);
+    let most = most.max_by(|a, b| a.share_in_doubt.total_cmp(&b.share_in_doubt))?;
+    (most.share_in_doubt > IN_DOUBT).then(|| {
+        Warning::from(CompareWarning::Mixed {
+            how: Mixed::LinesInDoubt {
+                lines_hz: most.lines_in_doubt_hz.clone(),
+                share: most.share_in_doubt,
+            },
+        })
+    })
 }
 
 fn summaries(groups: &[Group]) -> Vec<&Summary> {
@@ -213,9 +237,12 @@ impl Grouping<'_> {
             let trend = match by {
                 Factor::Speed => {
                     let fit = rms_on_speed(&summaries);
+                    let friction = friction_on_speed(&summaries).unzip();
                     Trend::Speeds(SpeedTrend {
                         rms_trend: fit.as_ref().map(LogFit::direction),
                         rms_on_speed: fit,
+                        friction_on_speed: friction.0,
+                        friction_change: friction.1.flatten(),
                         period: self.period(&groups)?,
                     })
                 }
@@ -229,11 +256,12 @@ impl Grouping<'_> {
             };
             let stated_n = self.stated_loads_n(&groups);
             let confounders = confounders(&self::summaries(&groups), &stated_n, by.word());
-            let warnings = match by {
+            let mut warnings = match by {
                 // Those of the trend say it, and what is not known.
                 Factor::Load | Factor::Direction => Vec::new(),
                 _ => confounders.iter().map(|c| c.warning(by.word())).collect(),
             };
+            warnings.extend(warning_of_lines(&groups));
             Ok(Comparison {
                 setting,
                 groups,
@@ -449,7 +477,15 @@ impl Grouping<'_> {
             .map(|comparison| comparison.groups.iter().filter_map(texture).collect())
             .collect();
         let config = DiscriminationConfig::usual(model);
-        let mut found = match discriminate_without(&textures, &lines_hz, &config) {
+        let in_doubt_hz: Vec<Vec<f64>> = across
+            .comparisons
+            .iter()
+            .map(|comparison| {
+                let places = comparison.groups.iter().flat_map(|group| &group.takes);
+                self.in_doubt_hz(places.copied())
+            })
+            .collect();
+        let mut found = match discriminate_without(&textures, &lines_hz, &in_doubt_hz, &config) {
             Ok(found) => found,
             Err(why) => {
                 let sentence = why.to_string();

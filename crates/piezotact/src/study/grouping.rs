@@ -1,15 +1,18 @@
 //! Which recordings belong together.
 
 use std::cmp::Ordering;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
 use super::{AnalysedRecording, StudyError, StudySettings};
 use crate::compare::{
-    CommonLine, CompareWarning, LinesOf, Mixed, Periods, Summary, common_lines, set_apart,
-    summarise,
+    CommonLine, CompareWarning, LinesOf, Mixed, Periods, Summary, common_lines, lines_in_doubt,
+    lines_of_strokes, set_apart, summarise,
 };
+use crate::feature::vibrations;
+use crate::quantity::Hertz;
 use crate::recording::{BenchKind, SlidingDirection, Touch};
 use crate::surface::{Duplex, SampleSet, SurfaceSample};
 use crate::warning::Warning;
@@ -210,12 +213,36 @@ pub(super) struct Grouping<'a> {
     pub(super) takes: &'a [AnalysedRecording],
     pub(super) settings: &'a StudySettings,
     pub(super) lines: &'a [CommonLine],
+    /// For each recording the lines of which it is not known whether its texture makes them, Hz.
+    in_doubt_hz: Vec<Vec<f64>>,
 }
 
 /// Groups that differ in one thing and share all others, with what they share as a person says it.
 pub(super) type Setting = (String, Vec<Group>);
 
-impl Grouping<'_> {
+impl<'a> Grouping<'a> {
+    pub(super) fn new(
+        takes: &'a [AnalysedRecording],
+        settings: &'a StudySettings,
+        lines: &'a [CommonLine],
+    ) -> Self {
+        Self {
+            takes,
+            settings,
+            lines,
+            in_doubt_hz: in_doubt_hz(takes),
+        }
+    }
+
+    /// The lines of which it is not known whether the textures of some recordings make them, Hz, lowest first.
+    pub(super) fn in_doubt_hz(&self, places: impl Iterator<Item = usize>) -> Vec<f64> {
+        let lines = places.flat_map(|place| &self.in_doubt_hz[place]);
+        let mut lines: Vec<f64> = lines.copied().collect();
+        lines.sort_by(f64::total_cmp);
+        lines.dedup();
+        lines
+    }
+
     /// The recordings grouped by one thing.
     pub(super) fn groups(&self, by: Factor) -> Result<Vec<Group>, StudyError> {
         let analysed = analysed(self.takes);
@@ -264,7 +291,11 @@ impl Grouping<'_> {
             };
             let duplex = self.known_of(&places).and_then(SurfaceSample::duplex);
             let mut summary = summarise(&key, &members, periods)?;
-            set_apart(&mut summary, self.lines);
+            set_apart(
+                &mut summary,
+                self.lines,
+                &self.in_doubt_hz(places.iter().copied()),
+            );
             Ok(Group {
                 summary,
                 files: takes.iter().map(|take| take.name.clone()).collect(),
@@ -312,8 +343,8 @@ impl Grouping<'_> {
             let mut key = Key::of(&self.takes[place]);
             key.part(by).clear();
             key.file.clear();
-            // What is compared with another question takes loads together, with a warning.
-            if !splits_loads(by) {
+            // What is compared with another question takes loads together, with a warning, unless all samples were touched with each.
+            if !splits_loads(by) && !(by == Factor::Sample && self.samples_share_loads()) {
                 key.load.clear();
             }
             if by == Factor::Touch && !all_speeds {
@@ -348,6 +379,18 @@ impl Grouping<'_> {
                 Ok((key.text(&varying), groups))
             })
             .collect()
+    }
+
+    /// Whether all samples were touched with the same loads, which are known: then they are compared load by load.
+    fn samples_share_loads(&self) -> bool {
+        let mut loads: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+        for place in analysed(self.takes) {
+            let Key { sample, load, .. } = Key::of(&self.takes[place]);
+            loads.entry(sample).or_default().insert(load);
+        }
+        let first = loads.values().next();
+        let shared = |own: &BTreeSet<String>| Some(own) == first && !own.contains("");
+        loads.values().all(shared)
     }
 
     /// The recordings without strokes that differ from recording number `like` in nothing but the direction.
@@ -391,19 +434,86 @@ impl Grouping<'_> {
 
 /// The lines that all analysed recordings have.
 pub(super) fn lines_of_all(takes: &[AnalysedRecording]) -> Vec<CommonLine> {
-    let all: Vec<LinesOf<'_>> = takes
-        .iter()
-        .filter_map(|take| {
-            let analysis = take.analysis.as_ref()?;
-            Some(LinesOf {
-                sample: take.condition().sample.as_deref()?,
-                speed_m_s: take.speed_m_s(),
-                psd: &analysis.psd,
-                band: analysis.config.band,
-            })
-        })
-        .collect();
-    common_lines(&all)
+    let all = takes.iter().filter_map(|take| lines_of(take, &[]));
+    common_lines(&all.collect::<Vec<_>>())
+}
+
+/// The lines of the strokes of a recording that is analysed, each with its width, Hz; none where its vibration cannot be filtered again.
+fn fine_hz(take: &AnalysedRecording) -> Vec<[f64; 2]> {
+    let Some(config) = take.analysis.as_ref().map(|analysis| &analysis.config) else {
+        return Vec::new();
+    };
+    let vibrations = vibrations(&take.recording, &take.segmentation, config.high_pass);
+    let Ok(vibrations) = vibrations else {
+        return Vec::new();
+    };
+    let stretches = vibrations.channels.iter().flat_map(|channel| {
+        let strokes = take.segmentation.strokes.iter();
+        strokes.map(|stroke| stroke.steady.of(channel.as_slice()))
+    });
+    let stretches = stretches.collect();
+    let lowest = Hertz(config.passes_from().0);
+    lines_of_strokes(take.recording.rate(), stretches, lowest)
+}
+
+fn lines_of<'a>(take: &'a AnalysedRecording, fine_hz: &'a [[f64; 2]]) -> Option<LinesOf<'a>> {
+    let analysis = take.analysis.as_ref()?;
+    Some(LinesOf {
+        sample: take.condition().sample.as_deref()?,
+        speed_m_s: take.speed_m_s(),
+        psd: &analysis.psd,
+        band: analysis.config.band,
+        fine_hz,
+    })
+}
+
+/// For each recording the lines of which it is not known whether its texture makes them, Hz: those that it has at rest, and those that all
+/// samples share where nothing but sample and load differ.
+fn in_doubt_hz(takes: &[AnalysedRecording]) -> Vec<Vec<f64>> {
+    let by = |parts: &[Factor]| {
+        let mut groups: Vec<(Key, Vec<usize>)> = Vec::new();
+        for place in analysed(takes) {
+            let mut key = Key::of(&takes[place]);
+            parts.iter().for_each(|part| key.part(*part).clear());
+            match groups.iter_mut().find(|(other, _)| *other == key) {
+                Some((_, members)) => members.push(place),
+                None => groups.push((key, vec![place])),
+            }
+        }
+        groups
+    };
+    let of_settings = by(&[Factor::Sample, Factor::Load, Factor::File]);
+    let mut fine: Vec<Vec<[f64; 2]>> = vec![Vec::new(); takes.len()];
+    for (_, places) in &of_settings {
+        let sample = |place: usize| &takes[place].condition().sample;
+        if places
+            .iter()
+            .any(|place| sample(*place) != sample(places[0]))
+        {
+            for place in places {
+                fine[*place] = fine_hz(&takes[*place]);
+            }
+        }
+    }
+    let of = |places: &[usize]| -> Vec<LinesOf<'_>> {
+        let lines = places.iter();
+        let lines = lines.filter_map(|place| lines_of(&takes[*place], &fine[*place]));
+        lines.collect()
+    };
+    let all_but = [Factor::Speed, Factor::Load, Factor::Direction, Factor::File];
+    let of_samples = by(&all_but).into_iter();
+    let of_samples: Vec<Vec<LinesOf<'_>>> = of_samples.map(|(_, places)| of(&places)).collect();
+    let mut found = vec![Vec::new(); takes.len()];
+    for (_, places) in of_settings {
+        let lines = lines_in_doubt(&of(&places), &of_samples);
+        for place in places {
+            let analysis = takes[place].analysis.iter();
+            let at_rest = analysis.flat_map(|analysis| &analysis.rest_lines);
+            found[place] = lines.clone();
+            found[place].extend(at_rest.map(|line| line.frequency_hz));
+        }
+    }
+    found
 }
 
 /// The warning that some analysed recordings stand in no comparison.

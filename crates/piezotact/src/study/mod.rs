@@ -174,11 +174,7 @@ pub fn analyse_watched(
     }
     features(&mut takes, settings, done)?;
     let common_lines = lines_of_all(&takes);
-    let grouping = Grouping {
-        takes: &takes,
-        settings,
-        lines: &common_lines,
-    };
+    let grouping = Grouping::new(&takes, settings, &common_lines);
     let by = match &settings.question {
         Question::Groups(by) => by.unwrap_or_else(|| usual(&takes)),
         Question::Changes { by, .. } => *by,

@@ -5,7 +5,8 @@ use super::{
     StudyAnalysis, Trend,
 };
 use crate::compare::{
-    CommonLine, Confounder, DirectionContrast, FrictionChange, Groups, unless_confounded,
+    CommonLine, Confounder, DirectionContrast, FrictionChange, Groups, friction_conclusion,
+    unless_confounded,
 };
 use crate::number::digits;
 use crate::statistics::RankCorrelation;
@@ -136,9 +137,13 @@ impl SpeedTrend {
                 period.lines.likelihoods()
             )
         });
-        let fit =
-            fit.map(|fit| unless_confounded(confounders, fit.conclusion("rms", "speed", "speeds")));
-        fit.into_iter().chain(period).collect()
+        let rms = fit.map(|fit| fit.conclusion("rms", "speed", "speeds"));
+        let friction = self.friction_on_speed.as_ref();
+        let friction =
+            friction.map(|fit| friction_conclusion(fit, self.friction_change, ["speed", "speeds"]));
+        let fits = rms.into_iter().chain(friction);
+        let fits = fits.map(|said| unless_confounded(confounders, said));
+        fits.chain(period).collect()
     }
 }
 

@@ -181,6 +181,8 @@ pub(super) struct Made {
     pub(super) true_speed_m_s: f64,
     pub(super) true_load_n: f64,
     pub(super) origin: usize,
+    /// A period of the drive, m: with one sample alone nobody can tell it from one of the surface.
+    pub(super) drive_m: Option<f64>,
     pub(super) acceleration: Vec<f64>,
     pub(super) normal_n: Vec<f64>,
     pub(super) tangential_n: Vec<f64>,
@@ -380,6 +382,7 @@ fn made(
         true_speed_m_s: speed_m_s,
         true_load_n: load_n,
         origin,
+        drive_m: None,
         acceleration,
         normal_n,
         tangential_n,

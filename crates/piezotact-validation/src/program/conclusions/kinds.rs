@@ -159,6 +159,7 @@ pub(super) static KINDS: [Kind; 69] = [
         |plan| plan.surfaces.truncate(1),
         |all, draws| {
             each(all, |made| {
+                made.drive_m = Some(0.0009);
                 while_moving(made, 1.0, draws, |made, i| made.path_m[i] / 0.0009);
             })
         },

@@ -61,6 +61,9 @@ fn no_conclusion_is_false() {
         "copy as another sample",
         "speeds swapped",
         "no contact",
+        "motor while sliding",
+        "lead screw 0.9 mm",
+        "in g, one sample",
     ];
     let mut part = Part {
         textures: vec![Texture::Medium, Texture::Rough],

@@ -173,6 +173,9 @@ impl Truth<'_> {
             several && surfaces.all(|s| s.combs.iter().any(|(other_m, _)| other_m == period_m))
         };
         periods.retain(|period_m| !of_finger(period_m));
+        if all.len() == self.made.len() {
+            periods.extend(all.iter().filter_map(|made| made.drive_m));
+        }
         let is_true = |period: &SpatialPeriod| {
             let mut periods = periods.iter();
             periods.any(|true_m| (period.period_m / true_m - 1.0).abs() <= PERIOD_OFF)

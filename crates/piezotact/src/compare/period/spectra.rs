@@ -1,10 +1,11 @@
 //! The spectra of strokes at each speed, over the wavenumber f/v.
 
 use super::{
-    HIGHEST_AT_A_SPEED, PEAK_DB, SAME_SPEED, SCATTER_DB, STEP, Sliding, SpeedPeak, prominence_near,
+    HIGHEST_AT_A_SPEED, HIGHEST_OF_MANY, PEAK_DB, PROMINENT_DB, SAME_SPEED, SCATTER_DB, STEP,
+    Sliding, SpeedPeak, prominence_near,
 };
 use crate::fourier::RealTransform;
-use crate::quantity::Hertz;
+use crate::quantity::{Hertz, SampleRate};
 use crate::spectrum::{Symmetry, Window};
 use crate::statistics::{mean, median, vertex};
 
@@ -216,4 +217,40 @@ fn octave_median(level_db: &[f64]) -> Vec<f64> {
         })
         .collect();
     (0..level_db.len()).map(|i| anchors[i / thin]).collect()
+}
+
+/// The lines of one recording's strokes, each with its width, Hz: peaks that stand out of the level around them by what noise does not.
+pub(crate) fn lines_of_strokes(
+    rate: SampleRate,
+    stretches: Vec<&[f64]>,
+    lowest: Hertz,
+) -> Vec<[f64; 2]> {
+    // At 1 m/s a wavenumber in 1/m is a frequency in Hz.
+    let sliding = Sliding {
+        speed_m_s: 1.0,
+        rate,
+        group: String::new(),
+        stretches,
+    };
+    let Some(own) = spectrum(&sliding, lowest) else {
+        return Vec::new();
+    };
+    let needed_db = PROMINENT_DB.max(HIGHEST_OF_MANY * SCATTER_DB / own.stretches.sqrt());
+    let last = own.wavenumbers.len().saturating_sub(1);
+    let tops = (1..last).filter(|&i| {
+        let level = &own.level_db;
+        level[i] >= level[i - 1] && level[i] > level[i + 1]
+    });
+    let lines = tops.filter_map(|i| {
+        let hz = own.wavenumbers[i];
+        let width_hz = own.width_hz(hz);
+        let stands_out = own.line_db(hz).is_some_and(|db| db >= needed_db);
+        let near = (hz - 0.5 * width_hz, hz + 0.5 * width_hz);
+        let around = own.wavenumbers.iter().zip(&own.level_db);
+        let highest = around
+            .filter(|(other, _)| **other >= near.0 && **other <= near.1)
+            .all(|(_, db)| *db <= own.level_db[i]);
+        (stands_out && highest).then_some([hz, width_hz])
+    });
+    lines.collect()
 }
