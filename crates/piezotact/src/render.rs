@@ -195,7 +195,8 @@ pub fn render_with_findings<O: Quantity>(
     if let Some(refused) = room.refused(&samples, setup, config.clipping) {
         return Err(refused);
     }
-    excursion_within_limit::<O>(&padded, (rate, band), setup)?;
+    let excursion = excursion_within_limit::<O>(&padded, (rate, band), setup)?;
+    let headroom = headroom.with_excursion(excursion);
     findings.clipped_at = (headroom.peak > headroom.limit)
         .then(|| setup.map_or(FULL_SCALE, DriveSetup::limited_by).into());
     cut(&mut samples, headroom.limit);

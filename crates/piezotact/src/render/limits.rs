@@ -28,7 +28,7 @@ pub struct Headroom {
     pub rms: f64,
     /// The drive at which the first limit is reached, full scale = 1.
     pub limit: f64,
-    /// The name of the limit that is the tightest for this drive: of amplitude, of slope, or of current.
+    /// The name of the limit that is the tightest for this drive: of amplitude, of slope, of current, or of excursion.
     pub limited_by: String,
     /// How far the drive is below the tightest limit, dB; negative when it does not fit. Absent for a drive below half a 24-bit step, which
     /// no converter plays: the headroom of silence is undefined.
@@ -65,6 +65,16 @@ impl Headroom {
             self.limited_by,
             self.limit
         )
+    }
+
+    /// With the share `taken` of the excursion of the actuator, where that is the tightest limit.
+    pub(super) fn with_excursion(mut self, taken: f64) -> Self {
+        let left_db = Decibels::from_amplitude_ratio(1.0 / taken).0;
+        if taken > 0.0 && self.headroom_db.is_some_and(|db| left_db < db) {
+            self.headroom_db = Some(left_db);
+            self.limited_by = "the excursion of the actuator".into();
+        }
+        self
     }
 
     /// How far the peak alone is below its limit, dB.
@@ -145,10 +155,12 @@ impl DriveLimits {
         setup: Option<&DriveSetup>,
         overload: Overload,
     ) -> Option<RenderError> {
-        let [loud, steep, warm] = self.taken(drive);
+        let taken = self.taken(drive);
+        let [loud, steep, warm] = taken;
         let fits_at = self.fits_at(drive);
         let is_refused = overload == Overload::Refuse;
-        if is_refused && loud > 1.0 {
+        let tightest = |own: f64| own > 1.0 && taken.iter().all(|other| *other <= own);
+        if is_refused && tightest(loud) {
             return Some(RenderError::ExceedsFullScale {
                 peak: peak(drive),
                 limit: self.limit,
@@ -157,7 +169,7 @@ impl DriveLimits {
             });
         }
         let limit_v_per_s = setup.and_then(DriveSetup::slew_limit_v_per_s);
-        if let Some(limit_v_per_s) = limit_v_per_s.filter(|_| is_refused && steep > 1.0) {
+        if let Some(limit_v_per_s) = limit_v_per_s.filter(|_| is_refused && tightest(steep)) {
             return Some(RenderError::ExceedsSlew {
                 asked_v_per_s: steep * limit_v_per_s,
                 limit_v_per_s,
@@ -198,17 +210,17 @@ impl DriveLimits {
 }
 
 /// Refuses a vibration `target` (at a rate, within a band, as long as a transform) that moves the actuator of `setup` beyond its
-/// excursion, where that is stated and the vibration is an acceleration.
+/// excursion, where that is stated and the vibration is an acceleration; otherwise the share of the excursion that it takes.
 ///
 /// Formula: x = a/(2πf)², line by line.
 pub(super) fn excursion_within_limit<O: Quantity>(
     target: &[f64],
     (rate, band): (SampleRate, Band),
     setup: Option<&DriveSetup>,
-) -> Result<(), RenderError> {
+) -> Result<f64, RenderError> {
     let limit_m = setup.and_then(|setup| setup.device().actuator().limit_excursion_m);
     let Some(limit_m) = limit_m.filter(|_| O::UNIT == Unit::MetrePerSecondSquared) else {
-        return Ok(());
+        return Ok(0.0);
     };
     let mut transform = RealTransform::new(target.len());
     let mut lines = transform.forward(target);
@@ -226,7 +238,7 @@ pub(super) fn excursion_within_limit<O: Quantity>(
             limit_m,
             fits_at: floored(Decibels::from_amplitude_ratio(limit_m / asked_m)),
         }),
-        false => Ok(()),
+        false => Ok(asked_m / limit_m),
     }
 }
 

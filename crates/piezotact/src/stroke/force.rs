@@ -12,8 +12,8 @@ use super::criteria::{JudgedPart, StrokeCriterion};
 use super::force_warning::warnings_of_force;
 use super::frames::{Frames, quantile, smoothed};
 use super::sliding::{
-    ABOVE_FLOOR, CLEARLY_ABOVE_FLOOR, ForceNoise, floor, friction_level, loudness,
-    sliding_by_friction, sliding_parts, slow_level, slower_slips, stick_slip_in_friction,
+    ABOVE_FLOOR, CLEARLY_ABOVE_FLOOR, Floors, ForceNoise, friction_level, loudness,
+    sliding_by_friction, sliding_parts, slower_slips, stick_slip_in_friction,
     stick_slip_in_vibration, vibration_level,
 };
 use super::{
@@ -183,14 +183,10 @@ pub fn segment_by_force(
         frames,
         level_n: &force.level_n,
         limits: Limits::of(signals),
-        floor: signals
+        floors: signals
             .vibration
             .filter(|_| rule.judging == Judging::Sliding)
-            .and_then(|vibration| floor(frames, vibration, &force.lifts, vibration_level)),
-        slow_floor: signals
-            .vibration
-            .filter(|_| rule.judging == Judging::Sliding)
-            .and_then(|vibration| floor(frames, vibration, &force.lifts, slow_level)),
+            .and_then(|vibration| Floors::of(frames, vibration, &force.lifts)),
         noise: ForceNoise::of(
             frames,
             (&force.level_n, normal_n),
@@ -201,7 +197,7 @@ pub fn segment_by_force(
         usual_friction: 0.0,
     };
     let contacts = cutter.contacts(&touches);
-    if cutter.floor.is_none() && rule.judging == Judging::Sliding {
+    if cutter.floors.is_none() && rule.judging == Judging::Sliding {
         let levels: Vec<f64> = contacts
             .iter()
             .filter_map(|contact| cutter.friction(contact.from, contact.to))
@@ -366,10 +362,8 @@ struct Cutter<'a> {
     frames: Frames,
     level_n: &'a [f64],
     limits: Limits<'a>,
-    /// The level of the vibration while nothing touches.
-    floor: Option<f64>,
-    /// That of its slower part.
-    slow_floor: Option<f64>,
+    /// The levels of the vibration while nothing touches.
+    floors: Option<Floors>,
     tangential: Vec<Tangential<'a>>,
     noise: ForceNoise,
     /// The median level of friction of the contacts, where sliding is judged by it; else 0.
@@ -481,7 +475,8 @@ impl Cutter<'_> {
     /// That the vibration in the frames `from`…`to` of a contact is less than `clear` times that without contact, so that it does not show
     /// where the finger slides; `None` where it is more, or was not measured.
     fn unclear(&self, from: usize, to: usize, clear: f64) -> Option<Reason> {
-        let (level, floor) = self.level_and_floor(from, to)?;
+        let (vibration, floors) = (self.signals.vibration?, self.floors?);
+        let (level, floor) = floors.level_in(self.frames, vibration, (from, to));
         let (ratio, needed) = (loudness(&level) / floor, ABOVE_FLOOR);
         (ratio < clear).then_some(Reason::SlidingUnclear { ratio, needed })
     }
@@ -502,27 +497,11 @@ impl Cutter<'_> {
         }
     }
 
-    /// The level of the vibration in the frames `from`…`to`, and that without contact: of its slower part where the other does not show that the
-    /// finger slides and this one does, clearly.
-    fn level_and_floor(&self, from: usize, to: usize) -> Option<(Vec<f64>, f64)> {
-        let (vibration, floor) = (self.signals.vibration?, self.floor?);
-        let level = vibration_level(self.frames, vibration, from, to);
-        if loudness(&level) >= ABOVE_FLOOR * floor {
-            return Some((level, floor));
-        }
-        let slow = slow_level(self.frames, vibration, from, to);
-        match self.slow_floor {
-            Some(slow_floor) if loudness(&slow) >= CLEARLY_ABOVE_FLOOR * slow_floor => {
-                Some((slow, slow_floor))
-            }
-            _ => Some((level, floor)),
-        }
-    }
-
     /// Where the finger slides within the contact: by its vibration where one was measured and there is a lift
     /// to compare it with, else by the friction; else all of it.
     fn sliding(&self, from: usize, to: usize) -> Vec<(usize, usize)> {
-        if let Some((level, floor)) = self.level_and_floor(from, to) {
+        if let (Some(vibration), Some(floors)) = (self.signals.vibration, self.floors) {
+            let (level, floor) = floors.level_in(self.frames, vibration, (from, to));
             return sliding_parts(self.frames, &level, floor);
         }
         match self.friction(from, to) {
@@ -623,7 +602,7 @@ impl Cutter<'_> {
 
     fn warnings(&self, friction: &[f64]) -> Vec<Warning> {
         let mut warnings = Vec::new();
-        let unseen = self.floor.is_none() && self.tangential.is_empty();
+        let unseen = self.floors.is_none() && self.tangential.is_empty();
         if unseen || self.rule.judging == Judging::ContactOnly {
             warnings.push(Warning::from(RecordingWarning::ChannelMissing {
                 what: MissingChannel::Sliding,

@@ -50,7 +50,7 @@ pub(super) fn vibration_level(
 
 /// The short-time level of the slower part of a vibration in the frames `from`…`to`, around 50 Hz, which a coarse texture makes at a low speed: the
 /// root of the mean squares of the second difference of the frames' means over 10 ms, within 40 ms. A gesture of 2 Hz is weakened to 0.4 %.
-pub(super) fn slow_level(frames: Frames, vibration: &[f64], from: usize, to: usize) -> Vec<f64> {
+fn slow_level(frames: Frames, vibration: &[f64], from: usize, to: usize) -> Vec<f64> {
     let lag = frames.in_time(SLOW_LAG_S);
     let outer = from.saturating_sub(lag);
     let means = frames.means_of(vibration, outer, to + lag);
@@ -72,9 +72,97 @@ pub(super) fn slow_level(frames: Frames, vibration: &[f64], from: usize, to: usi
     level
 }
 
+/// [`vibration_level`] of what is not alike after one period of a mains of `mains_hz`: hum and its harmonics cancel.
+fn level_without_mains(
+    mains_hz: f64,
+    frames: Frames,
+    vibration: &[f64],
+    (from, to): (usize, usize),
+) -> Vec<f64> {
+    let period = frames.size as f64 * frames.rate_hz / mains_hz;
+    let outer = from.saturating_sub(1);
+    let last = ((to + 1) * frames.size).min(vibration.len());
+    let before = |i: usize| {
+        let at = (i as f64 - period).max(0.0);
+        let (low, share) = (at as usize, at.fract());
+        let next = vibration[(low + 1).min(i)];
+        vibration[low] + share * (next - vibration[low])
+    };
+    let places = (outer * frames.size).min(last)..last;
+    let changed: Vec<f64> = places.map(|i| vibration[i] - before(i)).collect();
+    vibration_level(frames, &changed, from - outer, to - outer)
+}
+
+/// What else than the usual level of the vibration may show that a finger slides.
+#[derive(Clone, Copy)]
+enum OtherLevel {
+    /// That of the slower part: a coarse texture at a low speed.
+    Slow,
+    /// That without a mains of 50 or 60 Hz.
+    WithoutMains(f64),
+}
+
+impl OtherLevel {
+    const ALL: [Self; 3] = [
+        Self::Slow,
+        Self::WithoutMains(50.0),
+        Self::WithoutMains(60.0),
+    ];
+
+    fn of(self, frames: Frames, vibration: &[f64], from: usize, to: usize) -> Vec<f64> {
+        match self {
+            Self::Slow => slow_level(frames, vibration, from, to),
+            Self::WithoutMains(hz) => level_without_mains(hz, frames, vibration, (from, to)),
+        }
+    }
+}
+
+/// The levels of a vibration while nothing touches: the usual one, and the others.
+#[derive(Clone, Copy)]
+pub(super) struct Floors {
+    usual: f64,
+    others: [Option<f64>; 3],
+}
+
+impl Floors {
+    /// Those in the `lifts`; `None` where there are too few.
+    pub(super) fn of(frames: Frames, vibration: &[f64], lifts: &[(usize, usize)]) -> Option<Self> {
+        Some(Self {
+            usual: floor(frames, vibration, lifts, vibration_level)?,
+            others: OtherLevel::ALL.map(|level| {
+                floor(frames, vibration, lifts, |frames, all, from, to| {
+                    level.of(frames, all, from, to)
+                })
+            }),
+        })
+    }
+
+    /// The level of the vibration in the frames `from`…`to`, and that without contact: another level where the usual one does not show that the
+    /// finger slides and that one does, clearly.
+    pub(super) fn level_in(
+        self,
+        frames: Frames,
+        vibration: &[f64],
+        (from, to): (usize, usize),
+    ) -> (Vec<f64>, f64) {
+        let level = vibration_level(frames, vibration, from, to);
+        if loudness(&level) >= ABOVE_FLOOR * self.usual {
+            return (level, self.usual);
+        }
+        let others = OtherLevel::ALL.into_iter().zip(self.others);
+        let others = others.filter_map(|(other, floor)| {
+            let (level, floor) = (other.of(frames, vibration, from, to), floor?);
+            (loudness(&level) >= CLEARLY_ABOVE_FLOOR * floor).then_some((level, floor))
+        });
+        let ratio = |(level, floor): &(Vec<f64>, f64)| loudness(level) / floor;
+        let clearest = others.max_by(|a, b| ratio(a).total_cmp(&ratio(b)));
+        clearest.unwrap_or((level, self.usual))
+    }
+}
+
 /// The level of a vibration while nothing touches: the 90 % quantile of the frames in the lifts, the first 100 ms
 /// of each; `None` where there are too few.
-pub(super) fn floor(
+fn floor(
     frames: Frames,
     vibration: &[f64],
     lifts: &[(usize, usize)],
