@@ -117,6 +117,20 @@ pub fn permutation_test(
 /// Formula: (k + 1)/(n + 1) with k of n = `draws` divisions drawn with `ChaCha8` from `seed`; one stratum as [`permutation_test`].
 ///
 /// Source: as [`permutation_test`]; E. S. Edgington and P. Onghena (2007), *Randomization Tests*, 4th ed., chapter 5, for strata.
+///
+/// ```
+/// use piezotact::statistics::permutation_test_within;
+/// // Two speeds with two units of each sample: 4 of 36 divisions are as far apart.
+/// let values = [1.0f64, 2.0, 11.0, 12.0];
+/// let test = permutation_test_within(&[[4, 2], [4, 2]], 9_999, 1, &mut |chosen| {
+///     let apart = |first: &&[usize]| {
+///         let part: f64 = first.iter().map(|i| values[*i]).sum();
+///         (values.iter().sum::<f64>() - 2.0 * part).abs()
+///     };
+///     chosen.iter().map(apart).sum()
+/// });
+/// assert!((test.p_value - 4.0 / 36.0).abs() < 0.01);
+/// ```
 #[must_use]
 pub fn permutation_test_within(
     strata: &[[usize; 2]],

@@ -26,6 +26,8 @@ pub(super) const HUM_SMOOTHING_S: f64 = 0.04;
 const CLEARLY: f64 = 1.5;
 const CLEARLY_HELD: f64 = 4.0;
 const FEWEST_LOOKS: usize = 5;
+/// A force that is lifted and pressed stands at its ends: less than this share of the time in the middle half of its range.
+const WANDERS: f64 = 0.4;
 /// An end of the force is near zero within this share of the other.
 const AT_ZERO: f64 = 0.1;
 
@@ -91,10 +93,16 @@ pub(super) fn above_drifting_zero(frames: Frames, smooth_n: Vec<f64>, on_n: f64)
 }
 
 /// The smoothed force above its rest level, and then above the line through the medians of the lifts; for touches
-/// that may last for minutes. `None` when the force never leaves one level.
+/// that may last for minutes. `None` when the force never leaves one level: it changes by less than a contact needs, or wanders about a
+/// load far from zero without standing at its ends.
 pub(super) fn above_rest(frames: Frames, smooth_n: Vec<f64>, on_n: f64) -> Option<Force> {
     let (rest_n, held_n) = (quantile(&smooth_n, 0.02), quantile(&smooth_n, 0.98));
-    (held_n - rest_n > on_n).then(|| above(frames, smooth_n, Polyline(vec![(0, rest_n)]), on_n))
+    let quarter = 0.25 * (held_n - rest_n);
+    let between = |n: &&f64| **n > rest_n + quarter && **n < held_n - quarter;
+    let wanders = smooth_n.iter().filter(between).count() as f64 > WANDERS * smooth_n.len() as f64;
+    let is_loaded = rest_n > 0.5 * held_n && wanders;
+    (held_n - rest_n > on_n && !is_loaded)
+        .then(|| above(frames, smooth_n, Polyline(vec![(0, rest_n)]), on_n))
 }
 
 fn above(frames: Frames, smooth_n: Vec<f64>, envelope: Polyline, on_n: f64) -> Force {

@@ -33,6 +33,8 @@ const SLIP_SMOOTHING_S: f64 = 0.006;
 const LIGHTEST: f64 = 0.1;
 /// With a friction coefficient below this, slips are not looked for.
 const LEAST_FRICTION: f64 = 0.1;
+/// Friction that rises so fast in this share of its falls or more oscillates.
+const SYMMETRIC: f64 = 0.8;
 /// The least number of slips for stick-slip …
 const SLIPS: usize = 3;
 /// … when they follow each other at this rate or faster, Hz.
@@ -243,7 +245,7 @@ fn runs(frames: Frames, values: &[f64], threshold: f64) -> Vec<(usize, usize)> {
 /// second; `None` unless they make stick-slip.
 ///
 /// A slip is a fall of the friction by a fifth of its level within 16 ms, which a hand cannot do, and by more than the `noise` of the forces
-/// makes of it in that time: the rms of the change, smoothed over 6 ms.
+/// makes of it in that time: the rms of the change, smoothed over 6 ms. Where friction rises as fast as it falls, nothing sticks.
 pub(super) fn stick_slip_in_friction(
     frames: Frames,
     ratio: &[f64],
@@ -257,15 +259,22 @@ pub(super) fn stick_slip_in_friction(
     let smooth = smoothed(ratio, frames.in_time(SLIP_SMOOTHING_S));
     let reach = frames.in_time(SLIP_TIME_S);
     let drop = (SLIP_DROP * level).max(ABOVE_NOISE * noise);
-    let mut slips = 0;
-    let mut i = reach;
-    while i < smooth.len() {
-        if smooth[i - reach] - smooth[i] > drop {
-            slips += 1;
-            i += 2 * reach;
-        } else {
-            i += 1;
+    let falls = |sign: f64| {
+        let (mut count, mut i) = (0, reach);
+        while i < smooth.len() {
+            if sign * (smooth[i - reach] - smooth[i]) > drop {
+                count += 1;
+                i += 2 * reach;
+            } else {
+                i += 1;
+            }
         }
+        count
+    };
+    let slips = falls(1.0);
+    // What rises as fast as it falls is no sticking: a coarse texture, or the cell that rings.
+    if falls(-1.0) as f64 > SYMMETRIC * slips as f64 {
+        return None;
     }
     enough(frames, slips, ratio.len())
 }
@@ -414,6 +423,11 @@ mod tests {
             .map(|i| 0.8 + 0.4 * (f64::from(i) / 60.0).sin())
             .collect();
         assert_eq!(stick_slip_in_friction(FRAMES, &wander, 0.0), None);
+        // A grating of 1 mm at 30 mm/s changes friction by 15 % of either sign, 30 times a second.
+        let grating: Vec<f64> = (0..500)
+            .map(|i| 0.6 + 0.09 * (f64::from(i) / 500.0 * 30.0 * std::f64::consts::TAU).sin())
+            .collect();
+        assert_eq!(stick_slip_in_friction(FRAMES, &grating, 0.0), None);
         // Slips of half of the friction within noise that changes it by a quarter of that at the most.
         assert!(stick_slip_in_friction(FRAMES, &saw, 0.1).is_some());
         assert_eq!(stick_slip_in_friction(FRAMES, &saw, 0.3), None);
