@@ -260,6 +260,32 @@ fn participants_are_compared_each_with_their_own() {
     assert_eq!(row("A", "C")[at("felt_compared")].whole(), "");
 }
 
+/// One file under two names used to be "neither level nor spectrum separates them", and a scaled one "level separates them".
+#[test]
+fn copies_are_not_compared_whatever_their_level_and_delay() {
+    let one = texture(200.0, 1);
+    let later = |by: usize| {
+        let samples = one.samples()[..one.samples().len() - by].to_vec();
+        let later = [vec![0.0; by], samples].concat();
+        Series::new(later, one.rate()).unwrap()
+    };
+    for copy in [
+        one.clone(),
+        one.clone().amplified(Decibels(6.0)),
+        later(500),
+    ] {
+        let found = of_two(one.clone(), copy);
+        assert!(found.felt.as_ref().unwrap().pairs[0].comparisons.is_empty());
+        let is_said = |warning: &FeltWarning| {
+            matches!(warning, FeltWarning::NotKnown { why: FeltUnknown::NotCompared { reason, .. } }
+                if reason.contains("a copy"))
+        };
+        assert!(warnings(&found.warnings).iter().any(|w| is_said(w)));
+    }
+    let of_two_sensors = of_two(texture(200.0, 1), texture(200.0, 2));
+    assert_eq!(of_two_sensors.felt.unwrap().pairs[0].comparisons.len(), 1);
+}
+
 #[test]
 fn one_recording_for_all_is_a_warning_and_a_document_comes_back() {
     let found = of_two(texture(200.0, 1), texture(200.0, 2));
@@ -317,8 +343,9 @@ fn silence_around_a_drive_is_not_felt() {
     let of = |channels| Recording::new(channels, rate, Condition::default(), provenance()).unwrap();
     let felt = channel("acceleration", Unit::MetrePerSecondSquared, made(2.0));
     let alone = of(vec![felt.clone()]);
-    assert_eq!(felt_part(&alone).unwrap().samples().len(), 4000);
+    assert_eq!(felt_part("A", &alone).unwrap().0.samples().len(), 4000);
     let drive = channel("drive", Unit::FullScale, made(0.5));
-    let part = felt_part(&of(vec![drive, felt])).unwrap();
+    let (part, left_out) = felt_part("A", &of(vec![drive, felt])).unwrap();
+    assert_eq!(left_out, None);
     assert_eq!(part.samples().len(), 2000);
 }

@@ -133,6 +133,9 @@ pub struct Verification {
     /// The share of the lines of the band that could not be evaluated: without target, or hidden by the sensor's noise, 0–1.
     #[serde(skip)]
     pub left_out: f64,
+    /// The share of the power of the whole texture (about its mean, in the band or not) on the lines that are evaluated, 0–1.
+    #[serde(skip)]
+    pub texture_share: f64,
     /// Whether the waveform is judged, or the spectrum alone.
     pub mode: Mode,
     /// The limits.
@@ -309,6 +312,7 @@ pub fn verify<Q: Quantity>(
         criteria,
         more,
         left_out,
+        texture_share,
     } = judgement(
         &synchronised,
         (&asked, &intended),
@@ -352,6 +356,7 @@ pub fn verify<Q: Quantity>(
         criteria,
         verdict,
         left_out,
+        texture_share,
         mode: config.mode,
         limits: config.limits.clone(),
         is_rehearsal: false,
