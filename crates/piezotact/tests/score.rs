@@ -80,8 +80,7 @@ fn landing_and_lift_are_no_part_of_a_texture() {
             let t_s = i as f64 / RATE_HZ;
             let lands = made.truths.iter().any(|truth| {
                 let (begins_s, ends_s) = truth.contact_s;
-                beside(t_s, [begins_s, begins_s + 0.06])
-                    || beside(t_s, [ends_s - 0.03, ends_s + 0.1])
+                beside(t_s, [begins_s, begins_s + 0.06]) || beside(t_s, [ends_s - 0.03, ends_s])
             });
             value * if lands { 10.0 } else { 1.0 } + 0.01 * random.normal()
         });

@@ -15,7 +15,8 @@ const JOIN: Seconds = Seconds(0.02);
 
 /// The acceleration in `channel` of `recording`, m/s², or in its only one: where the recording has strokes, their steady parts alone,
 /// each about its mean, joined with cross-fades of 20 ms at constant power; with a warning that says so of `signal`. A recording without
-/// force and motion, one of a drive, and one in which no stroke is found are taken whole.
+/// force and motion, one of a drive, and one in which no stroke is found are taken whole, the last with a warning where it has several
+/// contacts.
 ///
 /// Source: docs/decisions/verification.md; the strokes are those of [`segment`].
 ///
@@ -28,10 +29,10 @@ pub fn sliding_part(
 ) -> Result<(Series<Acceleration>, Option<Warning>), RecordingError> {
     let whole = recording.series::<Acceleration>(channel)?;
     let name = &recording.pick(channel, &Acceleration::UNIT)?.name;
-    let strokes = strokes_of(recording, name);
+    let (strokes, none_is_kept) = strokes_of(recording, name);
     let join = whole.rate().samples_in(JOIN);
     let Some(joined) = joined(whole.samples(), &strokes, join) else {
-        return Ok((whole, None));
+        return Ok((whole, none_is_kept));
     };
     let Ok(sliding) = Series::new(joined, whole.rate()) else {
         return Ok((whole, None));
@@ -45,8 +46,9 @@ pub fn sliding_part(
     Ok((sliding, Some(warning.into())))
 }
 
-/// The steady parts of the strokes of `recording` in the samples of its channel `vibration`; none where it is no recording of touch.
-fn strokes_of(recording: &Recording, vibration: &str) -> Vec<Interval> {
+/// The steady parts of the strokes of `recording` in the samples of its channel `vibration`; none where it is no recording of touch, and
+/// a warning where it seems to be one, with several contacts of which none is kept.
+fn strokes_of(recording: &Recording, vibration: &str) -> (Vec<Interval>, Option<Warning>) {
     let (guessed, _) = Roles::guess(recording);
     let roles = Roles {
         vibration: vec![vibration.into()],
@@ -54,10 +56,10 @@ fn strokes_of(recording: &Recording, vibration: &str) -> Vec<Interval> {
     };
     let plays = recording.channels().iter().any(|c| c.unit == Drive::UNIT);
     if plays || (roles.normal_force.is_none() && roles.motion.is_none()) {
-        return Vec::new();
+        return (Vec::new(), None);
     }
     let Ok(recording) = recording.clone().on_the_clock_of(roles.channels()) else {
-        return Vec::new();
+        return (Vec::new(), None);
     };
     let condition = &recording.about.condition;
     let expected = Expected {
@@ -67,9 +69,12 @@ fn strokes_of(recording: &Recording, vibration: &str) -> Vec<Interval> {
     };
     match segment(&recording, &roles, expected) {
         Ok(found) if found.rule != Rule::Whole => {
-            found.strokes.iter().map(|stroke| stroke.steady).collect()
+            let several = found.strokes.is_empty() && found.rejected.len() > 1;
+            let none_is_kept = several.then(|| found.rejection_warning()).flatten();
+            let steady = found.strokes.iter().map(|stroke| stroke.steady);
+            (steady.collect(), none_is_kept)
         }
-        _ => Vec::new(),
+        _ => (Vec::new(), None),
     }
 }
 
