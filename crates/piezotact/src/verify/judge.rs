@@ -19,7 +19,7 @@ use crate::warning::Warning;
 pub(super) struct Evidence<'a> {
     /// The spectra of what is compared.
     pub(super) pair: &'a Pair,
-    /// The PSD of the requested target, before the fades and the band limit of its rendering.
+    /// The PSD of the requested target, before the band limit of its rendering.
     pub(super) asked_psd: &'a [f64],
     /// The spectra of both at all frequencies.
     pub(super) outside: &'a Pair,
