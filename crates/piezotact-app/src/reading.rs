@@ -3,10 +3,12 @@
 use std::path::Path;
 
 use anyhow::anyhow;
+use piezotact::Warning;
 use piezotact::device::DriveSetup;
 use piezotact::integrity::warnings_of;
-use piezotact::quantity::{Acceleration, QuantityError, SampleRate, Unit};
+use piezotact::quantity::{Acceleration, Measure, Quantity, QuantityError, SampleRate, Unit};
 use piezotact::recording::{Recording, RecordingError};
+use piezotact::score::sliding_part;
 use piezotact::series::Series;
 use piezotact_dataset::{Contents, ReadOptions, read_recording};
 
@@ -24,6 +26,33 @@ pub(crate) fn rate_option(rate_hz: Option<f64>) -> Result<Option<SampleRate>, Fa
 
 pub(crate) fn read(path: &Path, reading: &Reading) -> Outcome<Contents> {
     inspected(path, &options_of(reading)?)
+}
+
+/// The recording in `path` beside the one that `reading` is for: its `own` scale counts, or else that of `reading` where it holds no
+/// acceleration without it.
+pub(crate) fn read_beside(
+    path: &Path,
+    own: Option<&Measure>,
+    reading: &Reading,
+) -> Outcome<Contents> {
+    let of_both = options_of(reading)?;
+    let with = |scale: Option<Measure>| {
+        let options = ReadOptions {
+            scale,
+            ..of_both.clone()
+        };
+        inspected(path, &options)
+    };
+    if own.is_some() {
+        return with(own.cloned());
+    }
+    let as_it_is = with(None)?;
+    let mut channels = as_it_is.recording.channels().iter();
+    let is_scaled = channels.any(|channel| channel.unit == Acceleration::UNIT);
+    match &of_both.scale {
+        Some(scale) if !is_scaled => with(Some(scale.clone())),
+        _ => Ok(as_it_is),
+    }
 }
 
 /// As [`read`], for what inspects the channels itself.
@@ -70,13 +99,30 @@ pub(crate) fn texture(
     recording: &Recording,
     channel: Option<&str>,
 ) -> Outcome<Series<Acceleration>> {
-    recording.series::<Acceleration>(channel).map_err(|error| {
-        let text = path.display();
-        match &error {
-            RecordingError::Unit { found: Unit::FullScale, .. } => Failure::Data(anyhow!(
-                "{text}: expected a physical scale, found none (full scale = 1); give it with --scale \"200 m/s2\" or in {text}.json"
-            )),
-            _ => Failure::Data(anyhow::Error::new(error).context(text.to_string())),
-        }
-    })
+    let found = recording.series::<Acceleration>(channel);
+    found.map_err(|error| no_texture(path, error))
+}
+
+/// As [`texture`], of a recording of touch its strokes alone; `signal` is what it is called in the warning that says so.
+pub(crate) fn sliding(
+    path: &Path,
+    signal: &str,
+    recording: &Recording,
+    channel: Option<&str>,
+) -> Outcome<(Series<Acceleration>, Option<Warning>)> {
+    let found = sliding_part(signal, recording, channel);
+    found.map_err(|error| no_texture(path, error))
+}
+
+fn no_texture(path: &Path, error: RecordingError) -> Failure {
+    let text = path.display();
+    match &error {
+        RecordingError::Unit {
+            found: Unit::FullScale,
+            ..
+        } => Failure::Data(anyhow!(
+            "{text}: expected a physical scale, found none (full scale = 1); give it with --scale \"200 m/s2\" or in {text}.json"
+        )),
+        _ => Failure::Data(anyhow::Error::new(error).context(text.to_string())),
+    }
 }

@@ -143,7 +143,7 @@ fn realisations_of_one_texture_are_told_by_neither() {
         text.contains("confused; neither level nor spectrum separates them"),
         "{text}"
     );
-    let same = of_two(texture(200.0, 1), texture(200.0, 1));
+    let same = of_two(texture(200.0, 1), read_again(&texture(200.0, 1)));
     assert_eq!(separates(&same), (Separates::No, Separates::No));
 }
 
@@ -163,12 +163,20 @@ fn what_is_not_felt_separates_nothing() {
     assert_eq!(names, ["A", "B"]);
 }
 
+/// What another sensor, with noise of −46 dB, reads of a texture: no copy.
+fn read_again(of: &Series<Acceleration>) -> Series<Acceleration> {
+    let mut random = ChaCha8Rng::seed_from_u64(77);
+    let mut uniform = || f64::from(random.next_u32()) / f64::from(u32::MAX) - 0.5;
+    let samples = of.samples().iter().map(|v| v + 0.05 * uniform());
+    Series::new(samples.collect(), of.rate()).unwrap()
+}
+
 /// Between one JND and the published range nothing is decided.
 #[test]
 fn a_difference_in_the_range_of_the_jnd_is_not_decided() {
     let found = of_two(
         texture(200.0, 1),
-        texture(200.0, 1).amplified(Decibels(2.0)),
+        read_again(&texture(200.0, 1)).amplified(Decibels(2.0)),
     );
     assert_eq!(separates(&found), (Separates::NotDecided, Separates::No));
     assert!(!sentence(&found).contains("although"));
@@ -260,6 +268,32 @@ fn participants_are_compared_each_with_their_own() {
     assert_eq!(row("A", "C")[at("felt_compared")].whole(), "");
 }
 
+/// One file under two names used to be "neither level nor spectrum separates them", and a scaled one "level separates them".
+#[test]
+fn copies_are_not_compared_whatever_their_level_and_delay() {
+    let one = texture(200.0, 1);
+    let later = |by: usize| {
+        let samples = one.samples()[..one.samples().len() - by].to_vec();
+        let later = [vec![0.0; by], samples].concat();
+        Series::new(later, one.rate()).unwrap()
+    };
+    for copy in [
+        one.clone(),
+        one.clone().amplified(Decibels(6.0)),
+        later(500),
+    ] {
+        let found = of_two(one.clone(), copy);
+        assert!(found.felt.as_ref().unwrap().pairs[0].comparisons.is_empty());
+        let is_said = |warning: &FeltWarning| {
+            matches!(warning, FeltWarning::NotKnown { why: FeltUnknown::NotCompared { reason, .. } }
+                if reason.contains("a copy"))
+        };
+        assert!(warnings(&found.warnings).iter().any(|w| is_said(w)));
+    }
+    let of_two_sensors = of_two(texture(200.0, 1), texture(200.0, 2));
+    assert_eq!(of_two_sensors.felt.unwrap().pairs[0].comparisons.len(), 1);
+}
+
 #[test]
 fn one_recording_for_all_is_a_warning_and_a_document_comes_back() {
     let found = of_two(texture(200.0, 1), texture(200.0, 2));
@@ -317,8 +351,9 @@ fn silence_around_a_drive_is_not_felt() {
     let of = |channels| Recording::new(channels, rate, Condition::default(), provenance()).unwrap();
     let felt = channel("acceleration", Unit::MetrePerSecondSquared, made(2.0));
     let alone = of(vec![felt.clone()]);
-    assert_eq!(felt_part(&alone).unwrap().samples().len(), 4000);
+    assert_eq!(felt_part("A", &alone).unwrap().0.samples().len(), 4000);
     let drive = channel("drive", Unit::FullScale, made(0.5));
-    let part = felt_part(&of(vec![drive, felt])).unwrap();
+    let (part, left_out) = felt_part("A", &of(vec![drive, felt])).unwrap();
+    assert_eq!(left_out, None);
     assert_eq!(part.samples().len(), 2000);
 }

@@ -164,37 +164,45 @@ impl Condition {
     /// participant, load and angle that both state and that differ.
     #[must_use]
     pub fn warnings_when_measured(&self, measured: &Self) -> Vec<Warning> {
+        self.differences(measured, |of, rendered_for, measured| {
+            Reached::RenderedFor {
+                of,
+                rendered_for,
+                measured,
+            }
+        })
+    }
+
+    /// The warnings about a measurement under the condition `measured` beside a transfer function of this condition, likewise.
+    #[must_use]
+    pub fn warnings_beside(&self, measured: &Self) -> Vec<Warning> {
+        self.differences(measured, |of, function_of, measured| Reached::FunctionOf {
+            of,
+            function_of,
+            measured,
+        })
+    }
+
+    /// A warning for each of participant, load and angle that both state and that differ: its name, this one and the `other`.
+    fn differences(
+        &self,
+        other: &Self,
+        what: impl Fn(String, String, String) -> Reached,
+    ) -> Vec<Warning> {
         let text = |value: Option<f64>, unit: &str| value.map(|value| format!("{value} {unit}"));
+        let load = |of: &Self| text(of.load_n.map(|n| n.0), "N");
+        let angle = |of: &Self| text(of.angle_deg.map(|a| a.0), "°");
         let pairs = [
-            ("participant", self.person(), measured.person()),
-            (
-                "load",
-                text(self.load_n.map(|n| n.0), "N"),
-                text(measured.load_n.map(|n| n.0), "N"),
-            ),
-            (
-                "angle",
-                text(self.angle_deg.map(|a| a.0), "°"),
-                text(measured.angle_deg.map(|a| a.0), "°"),
-            ),
+            ("participant", self.person(), other.person()),
+            ("load", load(self), load(other)),
+            ("angle", angle(self), angle(other)),
         ];
-        pairs
-            .into_iter()
-            .filter_map(
-                |(what, rendered_for, measured)| match (rendered_for, measured) {
-                    (Some(rendered_for), Some(measured)) if rendered_for != measured => {
-                        Some(Warning::from(RecordingWarning::ConditionDiffers {
-                            what: Reached::RenderedFor {
-                                of: what.into(),
-                                rendered_for,
-                                measured,
-                            },
-                        }))
-                    }
-                    _ => None,
-                },
-            )
-            .collect()
+        let differ = pairs.into_iter().filter_map(|(of, one, other)| {
+            let (one, other) = one.zip(other).filter(|(one, other)| one != other)?;
+            let what = what(of.into(), one, other);
+            Some(RecordingWarning::ConditionDiffers { what }.into())
+        });
+        differ.collect()
     }
 }
 

@@ -71,7 +71,7 @@ pub struct RenderConfig {
 }
 
 impl RenderConfig {
-    /// For the PIEZOTACT and similar devices: 0.25 s of silence before and after, 20 ms fades, 48 kHz; a line is
+    /// For the PIEZOTACT and similar devices: 0.25 s of silence before and after, no fade, 48 kHz; a line is
     /// reached within 0.5 dB and with a coherence of 0.8 or more; a drive beyond a limit of the device is refused.
     #[must_use]
     pub fn over(band: Band, output_rate: SampleRate) -> Self {
@@ -79,7 +79,7 @@ impl RenderConfig {
             inverse: InverseConfig::over(band),
             modelling_delay: Seconds(0.25),
             tail: Seconds(0.25),
-            fade: Seconds(0.02),
+            fade: Seconds(0.0),
             output_rate,
             largest_loss: Decibels(0.5),
             lowest_coherence: 0.8,

@@ -240,7 +240,7 @@ pub(crate) enum InverseName {
 pub(crate) enum PhaseName {
     /// The phase of the device is compensated; waveforms are reproduced, with a delay.
     Linear,
-    /// Minimum phase: no pre-ringing; only spectra are reproduced.
+    /// Minimum phase: only spectra are reproduced; the edges of the band ring before the beginning as with linear phase.
     Minimum,
 }
 
@@ -321,10 +321,11 @@ pub(crate) struct Render {
     /// drive, until the drive fits the device).
     #[arg(long, value_enum, default_value = "constant")]
     pub(crate) inverse: InverseName,
-    /// Fades the texture in and out over this time, in s; 0 leaves its ends as they are, as short and abrupt effects need it.
-    #[arg(long, default_value_t = 0.02, value_name = "S", value_parser = fade, hide_short_help = true)]
+    /// Fades the texture in and out over this time, in s. What a fade takes is missing when the rendering is verified.
+    #[arg(long, default_value_t = 0.0, value_name = "S", value_parser = fade, hide_short_help = true)]
     pub(crate) fade: f64,
-    /// The phase of the inverse: linear (reproduces waveforms, with a delay) or minimum (no pre-ringing, spectra only).
+    /// The phase of the inverse: linear (reproduces waveforms, with a delay) or minimum (spectra only; it rings before the
+    /// beginning about as linear phase does, as the edges of the band do).
     #[arg(long, value_enum, default_value = "linear")]
     pub(crate) phase: PhaseName,
     /// Corrects the drive in a closed loop on --bench: `replicate` corrects the waveform, `texture` the spectrum.

@@ -10,7 +10,7 @@ use clap::{Args, ValueEnum};
 use piezotact::Warning;
 use piezotact::quantity::{Acceleration, Band};
 use piezotact::series::Series;
-use piezotact_dataset::felt_files;
+use piezotact_dataset::{FeltFile, felt_files};
 use piezotact_people::association::{
     AnswerTable, Association, AssociationConfig, AssociationError, Compared, FeltRecording,
     FlaggedTrials, Grouping, MatrixConfig, Selection, associate, compared, compared_studies,
@@ -234,9 +234,13 @@ fn with_felt(
     found: Association,
 ) -> Outcome<Association> {
     let files = felt_files(folder, &felt_samples(&found.pairs))?;
+    let mut left_out = Vec::new();
     let recordings = files.into_iter().map(|file| {
-        let vibration = match vibration(args, &file.path) {
-            Ok(vibration) => Ok(vibration),
+        let vibration = match vibration(args, &file) {
+            Ok((vibration, warning)) => {
+                left_out.extend(warning);
+                Ok(vibration)
+            }
             Err(Failure::Data(error)) => Err(sentence(&error)),
             Err(other) => return Err(other),
         };
@@ -248,12 +252,17 @@ fn with_felt(
     });
     let recordings = recordings.collect::<Outcome<Vec<_>>>()?;
     let model = score::model(&args.feeling, args.band)?;
-    Ok(found.with_felt(table, &recordings, &model))
+    let mut found = found.with_felt(table, &recordings, &model);
+    found.warnings.extend(left_out);
+    Ok(found)
 }
 
-/// What was felt, by the recording at `path`.
-fn vibration(args: &Arguments, path: &Path) -> Outcome<Series<Acceleration>> {
-    let recording = read(path, &args.reading)?.recording;
-    felt_part(&recording)
-        .map_err(|error| Failure::Data(Error::new(error).context(path.display().to_string())))
+/// What was felt, by the recording in `file`, with a warning about what of it was left out.
+fn vibration(
+    args: &Arguments,
+    file: &FeltFile,
+) -> Outcome<(Series<Acceleration>, Option<Warning>)> {
+    let recording = read(&file.path, &args.reading)?.recording;
+    felt_part(&file.sample, &recording)
+        .map_err(|error| Failure::Data(Error::new(error).context(file.path.display().to_string())))
 }

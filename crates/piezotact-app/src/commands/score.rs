@@ -1,20 +1,21 @@
 //! `piezotact score`: whether two vibrations are distinguishable by touch.
 
 use anyhow::anyhow;
+use piezotact::Warning;
 use piezotact::discrimination::Model;
 use piezotact::quantity::{Acceleration, Band, Decibels, Unit};
 use piezotact::recording::Recording;
 use piezotact::resample::{CommonRate, to_common_rate};
 use piezotact::score::{self, LiteratureConfig, ScoreConfig, ScoreError, ScoredRecordings};
 use piezotact::series::Series;
-use piezotact_dataset::{ReadOptions, read_contact_map};
+use piezotact_dataset::read_contact_map;
 
 use crate::cli::{Feeling, Score};
 use crate::deliver::deliver;
 use crate::failure::{Failure, Outcome, usage};
 use crate::memory::fits;
 use crate::places::outputs;
-use crate::reading::{inspected, rate_option, read, texture};
+use crate::reading::{read, read_beside, sliding};
 use crate::report;
 
 pub(crate) fn run(args: &Score) -> Outcome {
@@ -35,34 +36,33 @@ pub(crate) fn run(args: &Score) -> Outcome {
     deliver(&args.outputs, &scored)
 }
 
-/// A recording with the vibration that is scored.
+/// A recording with the vibration that is scored, and what was left out of it.
 struct Scored {
     recording: Recording,
     vibration: Series<Acceleration>,
+    left_out: Option<Warning>,
 }
 
 fn reference(args: &Score) -> Outcome<Scored> {
     let recording = read(&args.reference, &args.reading)?.recording;
-    let vibration = texture(&args.reference, &recording, args.channel.as_deref())?;
+    let channel = args.channel.as_deref();
+    let (vibration, left_out) = sliding(&args.reference, "the reference", &recording, channel)?;
     Ok(Scored {
         recording,
         vibration,
+        left_out,
     })
 }
 
 fn test(args: &Score) -> Outcome<Scored> {
-    let scale = args.test_scale.clone();
-    let options = ReadOptions {
-        scale: scale.or_else(|| args.reading.scale.clone()),
-        rate: rate_option(args.reading.rate)?,
-        ..ReadOptions::default()
-    };
-    let recording = inspected(&args.test, &options)?.recording;
+    let recording = read_beside(&args.test, args.test_scale.as_ref(), &args.reading)?.recording;
     let channel = args.test_channel.as_ref().or(args.channel.as_ref());
-    let vibration = texture(&args.test, &recording, channel.map(String::as_str))?;
+    let channel = channel.map(String::as_str);
+    let (vibration, left_out) = sliding(&args.test, "the test", &recording, channel)?;
     Ok(Scored {
         recording,
         vibration,
+        left_out,
     })
 }
 
@@ -99,7 +99,9 @@ fn scored(args: &Score, reference: &Scored, test: &Scored) -> Outcome<score::Sco
     })?;
     let known = [&reference.recording, &test.recording];
     let known = known.into_iter().flat_map(|read| &read.about.warnings);
-    score.warnings.put_first(known.cloned().chain(warning));
+    let left_out = [&reference.left_out, &test.left_out].into_iter().flatten();
+    let known = known.chain(left_out).cloned();
+    score.warnings.put_first(known.chain(warning));
     Ok(score)
 }
 

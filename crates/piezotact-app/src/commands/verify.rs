@@ -30,7 +30,7 @@ use crate::memory::fits;
 use crate::output::difference_db;
 use crate::places::outputs;
 use crate::progress::{Words, Work};
-use crate::reading::{inspected, rate_option, read, texture};
+use crate::reading::{read, read_beside, texture};
 use crate::report;
 
 const COMPARING: Words = Words {
@@ -150,6 +150,11 @@ fn found(args: &Verify) -> Outcome<Found> {
     let predicted = (function.as_ref()).map(|function| {
         predict_uncompensated(&judged.found.texture, function, &judged.found.config).into()
     });
+    if let Some(function) = &function {
+        let measured = &judged.recording.about.condition;
+        let differs = function.about.condition.warnings_beside(measured);
+        judged.found.verification.warnings.extend(differs);
+    }
     let measurements = [&args.measured].into_iter().chain(&args.also);
     let names = [
         apart(measurements.map(PathBuf::as_path)),
@@ -256,7 +261,7 @@ fn judge(
     more_warnings: &[Warning],
 ) -> Outcome<Judged> {
     let args = asked.args;
-    let measured = inspected(path, &measured_options(args)?)?;
+    let measured = read_beside(path, args.measured_scale.as_ref(), &args.reading)?;
     require_measurement(path, &measured)?;
     let channel = args.measured_channel.as_deref();
     let response = texture(path, &measured.recording, channel)?;
@@ -302,15 +307,6 @@ fn require_measurement(path: &Path, measured: &Contents) -> Outcome {
         )));
     }
     Ok(())
-}
-
-fn measured_options(args: &Verify) -> Outcome<ReadOptions> {
-    let scale = args.measured_scale.clone();
-    Ok(ReadOptions {
-        scale: scale.or_else(|| args.reading.scale.clone()),
-        rate: rate_option(args.reading.rate)?,
-        ..ReadOptions::default()
-    })
 }
 
 /// The drive in a recording, where there is one, which has to share its clock with the response.

@@ -76,6 +76,8 @@ pub struct RoughnessMethod {
     pub lambda_s_um: Option<f64>,
     /// How many sections were evaluated; absent for a map.
     pub sections: Option<usize>,
+    /// Ra of the section in which it is lowest and of that in which it is highest, µm; absent for a map.
+    pub section_ra_um: Option<[f64; 2]>,
     /// The length that was evaluated, mm; absent for a map.
     pub evaluation_length_mm: Option<f64>,
     /// What was done at the ends; absent for a map.
@@ -189,6 +191,7 @@ fn of_profile(r: &ProfileRoughness) -> (RoughnessExtent, RoughnessMethod) {
         },
         lambda_s_um: r.lambda_s_m.map(|m| m * 1e6),
         sections: Some(r.sections),
+        section_ra_um: Some(r.section_ra_m.map(|m| m * 1e6)),
         evaluation_length_mm: Some(r.evaluation_length_m * 1e3),
         ends: Some(r.ends),
     };
@@ -215,6 +218,7 @@ fn of_map(r: &ArealRoughness) -> (RoughnessExtent, RoughnessMethod) {
         cutoff_by: r.config.l_nesting_m.map(|_| "stated"),
         lambda_s_um: r.config.s_nesting_m.map(|m| m * 1e6),
         sections: None,
+        section_ra_um: None,
         evaluation_length_mm: None,
         ends: None,
     };

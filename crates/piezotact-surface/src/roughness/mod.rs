@@ -61,6 +61,15 @@ pub enum Roughness {
 }
 
 impl Roughness {
+    /// Whether its parameters describe one surface: false for a profile whose sections differ too much.
+    #[must_use]
+    pub fn is_uniform(&self) -> bool {
+        match self {
+            Self::Profile(roughness) => roughness.is_uniform(),
+            Self::Map(_) => true,
+        }
+    }
+
     /// What limits it.
     #[must_use]
     pub fn warnings(&self) -> &[Warning] {

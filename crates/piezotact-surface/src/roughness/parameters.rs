@@ -92,7 +92,16 @@ fn of_profile(r: &ProfileRoughness) -> Vec<Parameter> {
         ),
         number("Rsk", r.rsk, "skewness"),
         number("Rku", r.rku, "kurtosis, 3 for Gaussian heights"),
-        length("RSm", r.rsm_m, "mean width of the profile elements"),
+        length(
+            "RSm",
+            r.rsm_m,
+            match r.rsm_m {
+                Some(_) => "mean width of the profile elements",
+                None => {
+                    "mean width of the profile elements: there is no whole one (a peak and a valley beyond 10 % of Rz)"
+                }
+            },
+        ),
         number("Rdq", Some(r.rdq), "root-mean-square slope"),
         length("Rk", curve.map(|c| c.rk_m), "core height"),
         length("Rpk", curve.map(|c| c.rpk_m), "reduced peak height"),

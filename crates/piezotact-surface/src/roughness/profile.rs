@@ -17,6 +17,8 @@ use piezotact::warning::{Few, FewWarning, Warning};
 const SECTIONS: usize = 5;
 /// A stretch whose Ra differs from that of the whole line by more than this factor is not like it.
 const UNLIKE: f64 = 1.5;
+/// Sections whose Ra differ by more than this factor hold more than one surface, such as a groove beside a plane.
+const SECTIONS_UNLIKE: f64 = 4.0;
 /// Heights below a picometre are rounding.
 const ROUNDING_M: f64 = 1e-12;
 /// Rounding of a length in a file, as a share of a section.
@@ -113,6 +115,8 @@ pub struct ProfileRoughness {
     pub lambda_s_m: Option<f64>,
     /// The number of sections.
     pub sections: usize,
+    /// Ra of the section in which it is lowest and of that in which it is highest, m, each about the mean of its own.
+    pub section_ra_m: [f64; 2],
     /// The length evaluated, m.
     pub evaluation_length_m: f64,
     /// The points evaluated, out of those of `roughness`.
@@ -128,6 +132,16 @@ pub struct ProfileRoughness {
 }
 
 impl ProfileRoughness {
+    /// Whether its sections differ so little that the parameters describe one surface: the highest Ra of a section is at most four times
+    /// the lowest.
+    ///
+    /// Source: docs/decisions/roughness.md.
+    #[must_use]
+    pub fn is_uniform(&self) -> bool {
+        let [lowest_m, highest_m] = self.section_ra_m;
+        highest_m <= (SECTIONS_UNLIKE * lowest_m).max(ROUNDING_M)
+    }
+
     /// The primary profile: the one measured, without its form and without short waves, in m. It is the sum
     /// of mean line and roughness profile.
     #[must_use]
@@ -341,7 +355,8 @@ impl Split {
         let whole = table_entry(&self.roughness, section_m, Cutoff::Iso4288);
         let uneven = uneven(parameters.heights.mean_absolute_m, whole);
         let total = parameters.total;
-        ProfileRoughness {
+        let section_ra_m = section_ra_m(&self.roughness, &bounds);
+        let mut found = ProfileRoughness {
             ra_m: parameters.heights.mean_absolute_m,
             rq_m: parameters.heights.rms_m,
             rz_m: parameters.heights.range_m(),
@@ -358,14 +373,36 @@ impl Split {
             cutoff_settled: true,
             lambda_s_m: self.lambda_s_m,
             sections,
+            section_ra_m,
             evaluation_length_m: evaluated.len() as f64 * step_m,
             evaluated,
             ends,
             roughness: self.roughness,
             mean_line: self.mean_line,
             warnings: short.into_iter().chain(uneven).collect(),
+        };
+        if !found.is_uniform() {
+            let [lowest_ra_m, highest_ra_m] = section_ra_m;
+            let unlike = SurfaceWarning::UnevenSections {
+                lowest_ra_m,
+                highest_ra_m,
+            };
+            found.warnings.push(unlike.into());
         }
+        found
     }
+}
+
+/// Ra of the section in which it is lowest and of that in which it is highest, m, each about the mean of its own.
+fn section_ra_m(roughness: &HeightProfile, bounds: &[usize]) -> [f64; 2] {
+    let of_each = bounds.windows(2).map(|b| {
+        let heights_m = &roughness.heights_m()[b[0]..b[1]];
+        let mean_m = mean(heights_m.iter().copied());
+        mean(heights_m.iter().map(|z| (z - mean_m).abs()))
+    });
+    of_each.fold([f64::INFINITY, 0.0], |[lowest, highest], ra_m| {
+        [ra_m.min(lowest), ra_m.max(highest)]
+    })
 }
 
 /// Whether what was evaluated is unlike the whole line.
@@ -510,6 +547,46 @@ impl<'a> Evaluation<'a> {
 mod tests {
     use super::*;
     use std::f64::consts::{PI, TAU};
+
+    /// A plane with one groove had an Ra, and a place among other surfaces, without a word.
+    #[test]
+    fn a_groove_in_a_plane_is_no_roughness_of_one_surface() {
+        let mut state = 1u64;
+        let mut noise = || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+        };
+        // 6 mm of a ground plane, and a groove of 30 µm that is 0.8 mm wide.
+        let mut profile = |depth_m: f64| {
+            let heights = (0..6000).map(|i| {
+                let from_middle = (f64::from(i) - 3000.0) / 400.0;
+                0.6e-6 * noise() - depth_m * (1.0 - from_middle.powi(2)).max(0.0)
+            });
+            HeightProfile::new(heights.collect(), 1e-6).unwrap()
+        };
+        let config = ProfileConfig {
+            standard: ProfileStandard::Iso4287,
+            form: Form::Level,
+            filter: ProfileFilter::Gauss,
+            cutoff: Cutoff::Stated(0.8e-3),
+            short_waves: ShortWaves::Kept,
+        };
+        let plane = profile_roughness(&profile(0.0), &config).unwrap();
+        assert!(plane.is_uniform());
+        assert_eq!(plane.warnings, []);
+        let worn = profile_roughness(&profile(30e-6), &config).unwrap();
+        assert!(!worn.is_uniform());
+        let [lowest_m, highest_m] = worn.section_ra_m;
+        assert!(highest_m > 10.0 * lowest_m, "{:?}", worn.section_ra_m);
+        // The plane has an Ra of a quarter of its range.
+        assert!((lowest_m / 0.15e-6 - 1.0).abs() < 0.1, "{lowest_m}");
+        let is_said = |warning: &Warning| {
+            matches!(warning.kind(), Some(SurfaceWarning::UnevenSections { .. }))
+        };
+        assert!(worn.warnings.iter().any(is_said));
+    }
 
     #[test]
     fn sections_unlike_the_rest_are_a_warning() {

@@ -22,7 +22,7 @@ const SHOWN: [&str; 16] = [
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct RoughnessSet {
-    /// The surfaces, ordered by Ra (of maps: Sa), the roughest first.
+    /// The surfaces, ordered by Ra (of maps: Sa), the roughest first; last those profiles whose sections are not those of one surface.
     surfaces: Vec<EvaluatedSurface>,
     /// The files that could not be read or evaluated.
     failed: Vec<FailedFile>,
@@ -34,13 +34,7 @@ impl Content for RoughnessSet {
 
 impl Shown for RoughnessSet {
     fn page(&self) -> Page {
-        let order: Vec<String> = self.surfaces.iter().map(name).collect();
-        let order = format!(
-            "{} in the order of their arithmetic mean height, the roughest first: {}.",
-            counted(order.len(), "surface"),
-            order.join(", ")
-        );
-        let mut blocks = vec![Block::conclusion(order, None)];
+        let mut blocks = vec![Block::conclusion(self.order(), None)];
         blocks.extend(self.figure().map(Block::Figure));
         let mut page = Page::new("Roughness of a set of surfaces", "").section("", blocks);
         if !self.failed.is_empty() {
@@ -89,7 +83,7 @@ impl Shown for RoughnessSet {
 
 impl RoughnessSet {
     /// The set of `surfaces`, ordered by Ra (of maps: Sa) from the roughest to the smoothest, and the files that `failed`.
-    /// Surfaces of equal roughness keep their order.
+    /// Surfaces of equal roughness keep their order; profiles whose sections are not those of one surface come last.
     ///
     /// Source: thesis 2.1.2, which orders the samples S1 to S14 so.
     #[must_use]
@@ -99,7 +93,31 @@ impl RoughnessSet {
             value(&parameters, DRAWN[0]).unwrap_or(f64::NAN)
         };
         surfaces.sort_by(|a, b| mean_height(b).total_cmp(&mean_height(a)));
+        surfaces.sort_by_key(|surface| !surface.roughness.is_uniform());
         Self { surfaces, failed }
+    }
+
+    /// The order of the surfaces in words, with those that have no place in it.
+    fn order(&self) -> String {
+        let uniform = self.surfaces.iter().filter(|of| of.roughness.is_uniform());
+        let ordered: Vec<String> = uniform.map(name).collect();
+        let others: Vec<String> = self.surfaces[ordered.len()..].iter().map(name).collect();
+        let mut text = match ordered.as_slice() {
+            [] => String::new(),
+            ordered => format!(
+                "{} in the order of their arithmetic mean height, the roughest first: {}.",
+                counted(ordered.len(), "surface"),
+                ordered.join(", ")
+            ),
+        };
+        if !others.is_empty() {
+            let separator = if text.is_empty() { "" } else { " " };
+            text += &format!(
+                "{separator}Not ordered, because their sections are not those of one surface: {}.",
+                others.join(", ")
+            );
+        }
+        text
     }
 
     /// The surfaces, the roughest first.
@@ -203,7 +221,14 @@ impl RoughnessSet {
         };
         heights().next()?;
         let y = Axis::around("height, µm", Scale::Logarithmic, heights());
-        let names = self.surfaces.iter().map(name).collect();
+        let names = self
+            .surfaces
+            .iter()
+            .map(|surface| match surface.roughness.is_uniform() {
+                true => name(surface),
+                false => format!("{} (not ordered)", name(surface)),
+            });
+        let names = names.collect();
         let chart = Chart::new(Axis::names("surface, the roughest first", names), y, lines);
         Some(chart.beside().captioned(
             "Arithmetic mean height, root-mean-square height and maximum height of each surface, ordered by the first.",

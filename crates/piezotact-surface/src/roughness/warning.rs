@@ -20,6 +20,14 @@ pub enum SurfaceWarning {
         evaluated_ra_m: f64,
         whole_ra_m: f64,
     },
+    /// The sections of a profile are not those of one surface.
+    #[error(
+        "Ra is {} µm in one section and {} µm in another: the line holds more than one surface, such as a groove beside a plane, so that its \
+            parameters describe neither; evaluate each part by itself",
+        digits_that_count(lowest_ra_m * 1e6, 3),
+        digits_that_count(highest_ra_m * 1e6, 3)
+    )]
+    UnevenSections { lowest_ra_m: f64, highest_ra_m: f64 },
     /// The cut-off rule did not settle on one cut-off.
     #[error(
         "no cut-off in the table of the standard agrees with the Ra that it gives (with {} mm, Ra is {} µm): state the cut-off",

@@ -429,6 +429,15 @@ pub enum Reached {
         rendered_for: String,
         measured: String,
     },
+    /// A measurement was made under another condition than the transfer function beside it.
+    #[error(
+        "the transfer function is that of {of} {function_of}, but the measurement that of {measured}"
+    )]
+    FunctionOf {
+        of: String,
+        function_of: String,
+        measured: String,
+    },
 }
 
 impl Reached {
@@ -441,6 +450,9 @@ impl Reached {
             Self::Speed { .. } => "repeat at the requested speed, or state the speed".into(),
             Self::RenderedFor { measured, .. } => {
                 format!("characterise and render for {measured}")
+            }
+            Self::FunctionOf { measured, .. } => {
+                format!("give the transfer function of {measured}")
             }
         }
     }

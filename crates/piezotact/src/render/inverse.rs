@@ -55,7 +55,7 @@ pub enum PhaseForm {
     /// The negative phase of the device: waveforms are reproduced, delayed by the modelling delay, with a pre-echo before
     /// a sudden onset.
     Linear,
-    /// The minimum phase of its magnitude: no pre-echo; spectra are reproduced, waveforms are not.
+    /// The minimum phase of its magnitude: spectra are reproduced, waveforms are not. The edges of the band ring before the beginning.
     Minimum,
 }
 

@@ -12,6 +12,7 @@ pub mod literature;
 mod measurement;
 mod page;
 mod perceptible;
+mod sliding;
 mod verdict;
 mod warning;
 mod waveform;
@@ -26,6 +27,7 @@ pub use literature::{Literature, LiteratureConfig};
 pub use measurement::{JudgedMeasurement, Measurement, Target, judged_measurement};
 pub use page::ScoredRecordings;
 pub use perceptible::with_perceptible_difference;
+pub use sliding::sliding_part;
 pub use verdict::{How, ScoreCriterion, Verdict};
 pub use waveform::{Extent, Waveform};
 

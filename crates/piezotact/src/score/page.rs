@@ -101,13 +101,44 @@ impl Score {
             jnd(self.balance, "balance of low and high frequencies"),
             Number::new(
                 format!("{} and {} dB", fixed(a_db, 1), fixed(b_db, 1)),
-                "sensation levels of A and B (re the detection threshold)",
+                format!(
+                    "sensation levels of A and B (re the detection threshold){}",
+                    self.summation()
+                ),
             ),
             Number::new(
                 format!("{a_hz:.0} and {b_hz:.0} Hz"),
                 "mean frequencies of the excitation by A and B",
             ),
         ]
+    }
+
+    /// The strongest third octave of each where it is below the threshold although all third octaves together are above it, in words.
+    fn summation(&self) -> String {
+        let strongest_db = |level_db: &dyn Fn(&BandScore) -> f64| {
+            let levels = self.bands.iter();
+            let levels = levels.map(|band| level_db(band) - band.threshold_db);
+            levels.fold(f64::NEG_INFINITY, f64::max)
+        };
+        let each = [
+            (
+                "A",
+                self.reference_sensation_db,
+                strongest_db(&|b| b.reference_db),
+            ),
+            ("B", self.test_sensation_db, strongest_db(&|b| b.test_db)),
+        ];
+        let summed = each
+            .into_iter()
+            .filter(|(_, all, strongest)| *all > 0.0 && *strongest <= 0.0);
+        let summed = summed.map(|(name, all, strongest)| {
+            format!(
+                "; {name}: the strongest third octave has {} dB, and the power of all over their thresholds adds up to {} dB",
+                fixed(strongest, 1),
+                fixed(all, 1)
+            )
+        });
+        summed.collect()
     }
 
     /// The frequencies that figures show, Hz.

@@ -27,6 +27,62 @@ fn scored(reference: &Series<Acceleration>, test: &Series<Acceleration>) -> Scor
     score(reference, test, &ScoreConfig::over(band, RATE_HZ)).unwrap()
 }
 
+/// "0.00–37.04 JND" used to be "so close that a longer recording cannot decide".
+#[test]
+fn an_interval_that_holds_everything_says_nothing() {
+    let mut found = scored(
+        &recorded(0.3, 10.0, 220.0, 1),
+        &recorded(0.3, 9.0, 220.0, 2),
+    );
+    found.verdict = Verdict::NotDecided { needed_s: None };
+    let mut said = |low_jnd: f64, high_jnd: f64| {
+        found.score = Difference {
+            jnd: 1.2,
+            low_jnd,
+            high_jnd,
+            ..found.score
+        };
+        found.in_words()
+    };
+    let wide = said(0.0, 37.04);
+    assert!(wide.contains("the interval says nothing"), "{wide}");
+    let close = said(1.1, 1.3);
+    assert!(close.contains("published range"), "{close}");
+}
+
+/// "Below the threshold" in every third octave and "above" in sum stood side by side without the sum.
+#[test]
+fn the_sum_over_third_octaves_is_shown_where_none_reaches_the_threshold() {
+    use crate::page::Shown as _;
+    let model = Model::over(Band::new(Hertz(20.0), Hertz(1000.0)).unwrap());
+    // Tones 3 dB below the threshold, in eight third octaves.
+    let centres_hz = [50.1, 63.1, 79.4, 100.0, 125.9, 158.5, 199.5, 251.2];
+    let with = |gain: f64, seed: u64| {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let samples = (0..50_000).map(|i| {
+            let t_s = i as f64 / RATE_HZ;
+            let tones = centres_hz.iter().map(|hz| {
+                let rms = 0.708 * gain * model.threshold_m_s2(Hertz(*hz));
+                rms * 2f64.sqrt() * (TAU * (hz * t_s + seed as f64 * 0.37)).sin()
+            });
+            tones.sum::<f64>() + 1e-4 * (rng.next_u64() >> 11) as f64 * 2f64.powi(-53)
+        });
+        Series::new(samples.collect(), SampleRate::new(RATE_HZ).unwrap()).unwrap()
+    };
+    let said = |gain: f64| {
+        let score = scored(&with(gain, 1), &with(gain, 2));
+        assert!(score.reference_sensation_db > 0.0);
+        let scored = ScoredRecordings {
+            names: ["a", "b"].map(Into::into),
+            provenance: Default::default(),
+            score,
+        };
+        format!("{:?}", scored.page())
+    };
+    assert!(said(1.0).contains("adds up to"));
+    assert!(!said(2.0).contains("adds up to"));
+}
+
 /// A click of 10 m/s² used to be 20 dB below the threshold, because 2 s of silence were averaged with it.
 #[test]
 fn a_click_is_scored_without_the_silence_around_it() {

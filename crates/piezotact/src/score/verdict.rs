@@ -11,6 +11,8 @@ use crate::quantity::{Band, Seconds};
 use crate::statistics::LevelSpread;
 use crate::statistics::Z_95;
 
+/// A wider interval holds differences that nobody feels and such as everybody feels: twice the published range of the JND, from zero.
+const WIDE_JND: f64 = 3.2;
 /// The longest recording that is recommended, s.
 const LONGEST_S: f64 = 3600.0;
 
@@ -299,6 +301,10 @@ impl super::Score {
                         format!("the halves of one recording differ by {halves:.2} JND")
                     }
                     Some(needed_s) => format!("record about {} of each", duration(*needed_s)),
+                    None if score.high_jnd - score.low_jnd > WIDE_JND => {
+                        "the interval says nothing: the recordings are too short, or change too much over time; record longer, under \
+                            conditions that stay the same".into()
+                    }
                     None => format!(
                         "it is in the published range of the just-noticeable difference, {:.1}–{:.1} dB or 1–{:.2} JND, or so \
                             close to it that a longer recording cannot decide",

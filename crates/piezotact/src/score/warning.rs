@@ -21,6 +21,21 @@ pub enum ScoreWarning {
         silence_s: f64,
         kept_s: f64,
     },
+    /// A recording of touch, of which the strokes alone are looked at.
+    #[error(
+        "{signal} is a recording of touch: {}, {sliding_s:.2} s of {whole_s:.2} s, are looked at, without landing, lift and rest; check \
+            with `strokes` that these are the parts that slide",
+        match strokes {
+            1 => "its one stroke".to_owned(),
+            count => format!("its {count} strokes"),
+        }
+    )]
+    StrokesAlone {
+        signal: String,
+        strokes: usize,
+        sliding_s: f64,
+        whole_s: f64,
+    },
     /// A value of a score that is not given, or is beyond its range.
     #[error("{what}; {}", what.advice())]
     NotComputed {

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::clipping::{Clipping, clipping};
 use crate::feature::Weighting;
 use crate::lineage::Mode;
-use crate::quantity::{Band, Decibels, Quantity, Seconds};
+use crate::quantity::{Band, Decibels, Quantity};
 use crate::render::RenderConfig;
 use crate::series::Series;
 use crate::spectrum::WelchConfig;
@@ -23,8 +23,6 @@ pub struct VerifyConfig {
     pub welch: WelchConfig,
     /// The level re the target at which it was intentionally rendered, dB; the comparison is made at that level.
     pub level: Decibels,
-    /// The raised-cosine fade that the rendering applied to both ends; it is applied to the target before the comparison.
-    pub fade: Seconds,
     /// The band that the rendering kept of the target; the target is limited to it before the comparison. Absent: all of it.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub rendered: Option<RenderedBand>,
@@ -108,7 +106,6 @@ impl VerifyConfig {
             reached: Vec::new(),
             welch: WelchConfig::hann(segment),
             level: Decibels(0.0),
-            fade: Seconds(0.0),
             rendered: None,
             weighting: Weighting::DetectionThreshold,
             mode: Mode::Replicate,
@@ -116,12 +113,11 @@ impl VerifyConfig {
         }
     }
 
-    /// The same configuration for a target rendered with `render`: with its fades and its band, and judged by the spectrum alone
+    /// The same configuration for a target rendered with `render`: with its band (what its fades took is missing), and judged by the spectrum alone
     /// when `mode` leaves the phases free.
     #[must_use]
     pub fn rendered_as(self, render: &RenderConfig, mode: Mode) -> Self {
         Self {
-            fade: render.fade,
             rendered: Some(RenderedBand {
                 band: render.inverse.band,
                 edge_ratio: render.inverse.edge_ratio,

@@ -1,4 +1,4 @@
-//! The intended target (with the fades and band of its rendering), and the measurement aligned to its time and clock.
+//! The intended target (within the band of its rendering), and the measurement aligned to its time and clock.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -9,7 +9,7 @@ use super::lines::Floor;
 use super::{FOLLOWS, VerifyConfig, VerifyError, nmse_db};
 use crate::fourier::{RealTransform, fast_length};
 use crate::quantity::{Band, Quantity, SampleRate};
-use crate::render::{fade_ends, offset};
+use crate::render::offset;
 use crate::series::Series;
 use crate::statistics::{mean, rms};
 
@@ -63,7 +63,7 @@ fn offset_of<Q: Quantity>(target: &Series<Q>, config: &VerifyConfig) -> f64 {
     offset(target.samples(), target.rate(), band)
 }
 
-/// The target as the rendering intended to play it: without its offset, faded, within its band.
+/// The target as it was to be felt: without its offset, within the band of its rendering. A fade of the rendering is not part of it.
 pub(super) fn intended_target<Q: Quantity>(
     asked: &Asked<Q>,
     config: &VerifyConfig,
@@ -74,8 +74,6 @@ pub(super) fn intended_target<Q: Quantity>(
         _ => 0.0,
     };
     let mut samples: Vec<f64> = asked.series.samples().iter().map(|x| x - about).collect();
-    let texture = &mut samples[asked.silence..asked.silence + asked.target];
-    fade_ends(texture, rate.samples_in(config.fade));
     if let Some(kept) = config.rendered {
         let (count, rate_hz) = (samples.len(), rate.hz());
         let n = fast_length(2 * count);

@@ -8,7 +8,7 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 use super::clock::Clock;
 use super::events::{Compared, Found, UNSEEN_S};
 use super::lines::{Floor, Line, Lines, Pair, rms_error};
-use super::{FOLLOWS, VerifyConfig, VerifyCriterion};
+use super::{FOLLOWS, VerifyConfig, VerifyCriterion, VerifyWarning};
 use crate::criterion::{Criterion, Limit};
 use crate::lineage::Mode;
 use crate::quantity::{Band, Hertz, SampleRate};
@@ -19,7 +19,7 @@ use crate::warning::Warning;
 pub(super) struct Evidence<'a> {
     /// The spectra of what is compared.
     pub(super) pair: &'a Pair,
-    /// The PSD of the requested target, before the fades and the band limit of its rendering.
+    /// The PSD of the requested target, before the band limit of its rendering.
     pub(super) asked_psd: &'a [f64],
     /// The spectra of both at all frequencies.
     pub(super) outside: &'a Pair,
@@ -50,6 +50,8 @@ pub(super) struct Judgement {
     pub(super) more: Vec<Warning>,
     /// The share of the lines of the band that could not be evaluated: without target, or hidden by the sensor's noise, 0–1.
     pub(super) left_out: f64,
+    /// The share of the power of the whole texture on the lines that are judged, 0–1.
+    pub(super) texture_share: f64,
 }
 
 /// From this correlation on a measurement is taken for a copy of its target: no device and no sensor reaches it.
@@ -80,15 +82,70 @@ fn noise_is_plausible(floor: &Floor, pair: &Pair, band: Band) -> bool {
     quieter as f64 <= MAX_QUIETER_LINES * all as f64
 }
 
-/// The criteria on `evidence`.
+/// The level of the noise `floor` over the detection threshold if a finger felt it, dB.
+fn noise_sensation_db(floor: &Floor, pair: &Pair, config: &VerifyConfig) -> f64 {
+    let lines = (0..pair.measured.len()).map(|k| k as f64 * pair.resolution_hz);
+    let felt = lines.filter(|hz| (FELT_HZ.0..FELT_HZ.1).contains(hz));
+    let excited = felt.map(|hz| floor.at(hz) / config.weighting.threshold_m_s2(Hertz(hz)).powi(2));
+    10.0 * (pair.resolution_hz * excited.sum::<f64>())
+        .max(f64::MIN_POSITIVE)
+        .log10()
+}
+
+/// The criteria on `evidence`. Noise before and after the texture is subtracted as the sensor's where nobody could feel it. Where it
+/// could be felt it may as well be a vibration, as of an amplifier: what is found is as measured, and intervals reach from there to what is
+/// found without the noise.
 pub(super) fn judge(evidence: &Evidence<'_>) -> Judgement {
     let believed = evidence
         .floor
         .filter(|floor| noise_is_plausible(floor, evidence.pair, evidence.config.band));
-    let evidence = &Evidence {
+    let without_noise = judged(&Evidence {
         floor: believed,
         ..*evidence
+    });
+    let level_db = believed
+        .filter(|_| evidence.felt)
+        .map(|floor| noise_sensation_db(floor, evidence.pair, evidence.config));
+    let Some(level_db) = level_db.filter(|level_db| *level_db > 0.0) else {
+        return without_noise;
     };
+    let mut as_measured = judged(&Evidence {
+        floor: None,
+        ..*evidence
+    });
+    for criterion in &mut as_measured.criteria {
+        let mut others = without_noise.criteria.iter();
+        if let Some(other) = others.find(|other| other.what == criterion.what) {
+            *criterion = between(criterion, other);
+        }
+    }
+    as_measured.left_out = as_measured.left_out.max(without_noise.left_out);
+    as_measured.more.extend(without_noise.more);
+    let noise = VerifyWarning::NoiseCouldBeFelt { level_db };
+    as_measured.more.push(noise.into());
+    as_measured
+}
+
+/// What was found for `one`, with an interval that reaches to what was found for `other`.
+fn between(
+    one: &Criterion<VerifyCriterion>,
+    other: &Criterion<VerifyCriterion>,
+) -> Criterion<VerifyCriterion> {
+    let (Some(found), Some(at_other)) = (one.found, other.found) else {
+        return one.clone();
+    };
+    let ends = [one.interval, other.interval].into_iter().flatten();
+    let ends = ends.flatten().chain([found, at_other]);
+    let [low, high] = ends.fold([found, found], |[low, high], end| {
+        [end.min(low), end.max(high)]
+    });
+    if low == high {
+        return one.clone();
+    }
+    Criterion::new(one.what, &one.unit, found, Some([low, high]), one.limit)
+}
+
+fn judged(evidence: &Evidence<'_>) -> Judgement {
     let (config, limits) = (evidence.config, &evidence.config.limits);
     let mut criteria = Vec::new();
     let mut more: Vec<Warning> = Vec::new();
@@ -154,6 +211,7 @@ pub(super) fn judge(evidence: &Evidence<'_>) -> Judgement {
     Judgement {
         criteria,
         more,
+        texture_share: texture_share(evidence),
         left_out: left_out as f64 / (left_out + lines.compared.len()).max(1) as f64,
     }
 }
@@ -410,6 +468,21 @@ fn extent(evidence: &Evidence<'_>, lines: &Lines) -> Vec<Criterion<VerifyCriteri
             },
         ),
     ]
+}
+
+/// The share of the power of the requested target, about its mean and in the band or not, that lies where it is judged, 0–1.
+fn texture_share(evidence: &Evidence<'_>) -> f64 {
+    let step_hz = evidence.pair.resolution_hz;
+    let (mut power, mut kept) = (0.0, 0.0);
+    // The window of a segment spreads a mean over two lines.
+    for (k, p) in evidence.asked_psd.iter().enumerate().skip(2) {
+        let hz = k as f64 * step_hz;
+        power += p;
+        if evidence.judged.iter().any(|band| band.contains(hz)) {
+            kept += p;
+        }
+    }
+    if power > 0.0 { kept / power } else { 1.0 }
 }
 
 /// Sums over target and measurement.

@@ -133,6 +133,9 @@ pub struct Verification {
     /// The share of the lines of the band that could not be evaluated: without target, or hidden by the sensor's noise, 0–1.
     #[serde(skip)]
     pub left_out: f64,
+    /// The share of the power of the whole texture (about its mean, in the band or not) on the lines that are evaluated, 0–1.
+    #[serde(skip)]
+    pub texture_share: f64,
     /// Whether the waveform is judged, or the spectrum alone.
     pub mode: Mode,
     /// The limits.
@@ -240,8 +243,8 @@ pub const MEMORY_BYTES_A_SAMPLE: usize = 260;
 
 /// How close `measured` came to `target`, two series of one quantity at one rate, and whether that is close enough.
 ///
-/// The target is compared as it was intended to be played: mean removed, at its level, with the fades and the band of its
-/// rendering. One that is shorter than two segments of its spectrum is compared with the silence around it. Both are limited to
+/// The target is compared as it was intended to be played: mean removed, at its level, within the band of its rendering; a fade of
+/// the rendering is a loss. One that is shorter than two segments of its spectrum is compared with the silence around it. Both are limited to
 /// the band. The delay is found by cross-correlation to a fraction of a sample and removed, as are clock drift and lost samples
 /// where the delay shows them; then the PSDs are compared line by line and the waveforms sample by sample. The verdict follows from [`Verification::criteria`].
 ///
@@ -309,6 +312,7 @@ pub fn verify<Q: Quantity>(
         criteria,
         more,
         left_out,
+        texture_share,
     } = judgement(
         &synchronised,
         (&asked, &intended),
@@ -352,6 +356,7 @@ pub fn verify<Q: Quantity>(
         criteria,
         verdict,
         left_out,
+        texture_share,
         mode: config.mode,
         limits: config.limits.clone(),
         is_rehearsal: false,
@@ -421,7 +426,7 @@ impl Waveforms {
     }
 }
 
-/// The criteria for a measurement of the `intended` target, which was `asked` for before the fades and the band of its rendering.
+/// The criteria for a measurement of the `intended` target, which was `asked` for before the band of its rendering.
 fn judgement<Q: Quantity>(
     Synchronised { aligned, clock }: &Synchronised,
     (asked, intended): (&intended::Asked<Q>, &Series<Q>),

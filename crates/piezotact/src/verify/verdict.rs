@@ -19,7 +19,7 @@ pub enum Verdict {
     Passed,
     /// Every criterion is met over the part that could be judged, which is not all of the target.
     PassedInPart {
-        /// The share of the target's power that was judged, 0–1: in the band and in time.
+        /// The share of the target's power in the band that was judged, 0–1: in the band and in time.
         power_share: f64,
     },
     /// At least one criterion is not met.
@@ -81,7 +81,8 @@ impl Verdict {
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum VerifyCriterion {
-    /// 20·log10 of the measured over the target rms, over what is judged, less the sensor's noise, dB.
+    /// 20·log10 of the measured over the target rms, over what is judged, less the sensor's noise, dB: of all that was measured, with
+    /// what was added to the texture. Not the gain of the texture alone: under added noise of −10 dB, a gain of 0.70 dB reads 0.83 dB.
     Level,
     /// The rms error of the judged lines, corrected for the scatter of the estimates and the sensor's noise, dB.
     SpectrumError,
@@ -166,7 +167,7 @@ impl VerifyCriterion {
 impl fmt::Display for VerifyCriterion {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Level => "level",
+            Self::Level => "level of what was measured",
             Self::SpectrumError => "spectrum error",
             Self::PowerWeightedError => "spectrum error weighted by power",
             Self::FeltWeightedError => {
@@ -181,7 +182,7 @@ impl fmt::Display for VerifyCriterion {
             Self::AddedEvent => "longest event that the target does not have",
             Self::ShortTimeLevel => "largest deviation of the short-time level",
             Self::ShortTimeDistribution => "difference in the distribution of short-time levels",
-            Self::JudgedPower => "share of the target power that is evaluated",
+            Self::JudgedPower => "share of the target power in the band that is evaluated",
             Self::JudgedLines => "share of the lines of the band that are evaluated",
             Self::Covered => "share of the length of the target that was measured",
             Self::Independent => "correlation with a copy of the target",
@@ -310,17 +311,51 @@ impl Verification {
         ))
     }
 
-    /// What the verdict is about: the judged band, with the share of the lines that could not be evaluated.
+    /// What the verdict is about: the judged band, with its share of the power of the whole texture where that is not nearly all, and
+    /// the share of the lines that could not be evaluated.
     fn over(&self) -> String {
         const NONE: f64 = 0.005;
-        let left_out = match self.left_out {
-            few if few < NONE => String::new(),
-            share => format!(
-                " ({:.0} % of the lines of the band could not be evaluated)",
-                share * 100.0
-            ),
+        let left_out = (self.left_out >= NONE).then(|| {
+            format!(
+                "{:.0} % of the lines of the band could not be evaluated",
+                self.left_out * 100.0
+            )
+        });
+        let all: Vec<String> = self.of_the_texture().into_iter().chain(left_out).collect();
+        let all = match all.as_slice() {
+            [] => String::new(),
+            some => format!(" ({})", some.join("; ")),
         };
-        format!(" over {}{left_out}", self.judged_band())
+        format!(" over {}{all}", self.judged_band())
+    }
+
+    /// The share of the power of the whole texture that is evaluated, in words, where a tenth or more is not.
+    fn of_the_texture(&self) -> Option<String> {
+        const MUCH: f64 = 0.1;
+        (1.0 - self.texture_share >= MUCH).then(|| {
+            format!(
+                "with {:.0} % of the power of the whole texture",
+                self.texture_share * 100.0
+            )
+        })
+    }
+
+    /// The criterion in one phrase, with the correlation as it was measured where noise that was subtracted lowers it.
+    fn main_phrase(&self, criterion: &Criterion<VerifyCriterion>) -> String {
+        const LOWER: f64 = 0.01;
+        let phrase = criterion.phrase();
+        match criterion.found {
+            Some(found)
+                if criterion.what == VerifyCriterion::WaveformCorrelation
+                    && found - self.waveform_correlation >= LOWER =>
+            {
+                let measured = criterion.what.value(self.waveform_correlation);
+                format!(
+                    "{phrase}, {measured} as measured over all of the band with the noise of the sensor"
+                )
+            }
+            _ => phrase,
+        }
     }
 
     /// One line with the verdict and its reasons: every criterion that is not met or not decided, otherwise the main ones.
@@ -342,7 +377,8 @@ impl Verification {
                 FeltDifference,
             ]
             .into_iter()
-            .filter_map(|what| self.criterion(what).map(Criterion::phrase))
+            .filter_map(|what| self.criterion(what))
+            .map(|criterion| self.main_phrase(criterion))
             .collect()
         };
         let why = match self.verdict {
@@ -353,7 +389,13 @@ impl Verification {
         };
         let over = match self.verdict {
             Verdict::PassedInPart { power_share } => {
-                format!(", over {:.0} % of the target's power", power_share * 100.0)
+                let whole = self.of_the_texture();
+                let whole = whole.map_or(String::new(), |share| format!(" ({share})"));
+                format!(
+                    ", over {:.0} % of the target's power in {}{whole}",
+                    power_share * 100.0,
+                    self.band_hz
+                )
             }
             _ => self.over(),
         };

@@ -234,6 +234,6 @@ fn request(args: &Arguments, textures: &Textures) -> Render {
         discard_raw: false,
         allow_clipping: false,
         outputs: Outputs::default(),
-        fade: 0.02,
+        fade: 0.0,
     }
 }

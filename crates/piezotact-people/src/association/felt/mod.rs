@@ -10,6 +10,7 @@ use piezotact::discrimination::Model;
 use piezotact::page::{Cell as TableCell, Column, Table};
 use piezotact::quantity::{Acceleration, Drive, Hertz};
 use piezotact::recording::{Recording, RecordingError};
+use piezotact::score::sliding_part;
 use piezotact::series::Series;
 use piezotact::spectrum::welch;
 use serde::{Deserialize, Serialize};
@@ -78,18 +79,22 @@ pub struct Felt {
     pub pairs: Vec<FeltPair>,
 }
 
-/// The acceleration that was felt in `recording`, m/s²: while the drive plays, from its first to its last value of at least 1 % of the
-/// largest, where a drive was recorded beside it; or else all of it.
+/// The acceleration that was felt in `recording` of `sample`, m/s²: while the drive plays, from its first to its last value of at least
+/// 1 % of the largest, where a drive was recorded beside it; of a recording of touch its strokes, with a warning that says so (as
+/// [`sliding_part`]); or else all of it.
 ///
 /// Source: docs/decisions/campaigns.md.
 ///
 /// # Errors
 /// [`RecordingError`] where there is no acceleration, or several.
-pub fn felt_part(recording: &Recording) -> Result<Series<Acceleration>, RecordingError> {
-    let vibration = recording.series::<Acceleration>(None)?;
+pub fn felt_part(
+    sample: &str,
+    recording: &Recording,
+) -> Result<(Series<Acceleration>, Option<Warning>), RecordingError> {
     let Ok(drive) = recording.series::<Drive>(None) else {
-        return Ok(vibration);
+        return sliding_part(sample, recording, None);
     };
+    let vibration = recording.series::<Acceleration>(None)?;
     let (drive, felt) = (drive.samples(), vibration.samples());
     let largest = drive.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
     let plays = |v: &f64| v.abs() >= PLAYING_SHARE * largest;
@@ -100,9 +105,9 @@ pub fn felt_part(recording: &Recording) -> Result<Series<Acceleration>, Recordin
     match ends {
         Some((first, last)) if largest > 0.0 && drive.len() == felt.len() => {
             let part = Series::new(felt[first..=last].to_vec(), vibration.rate());
-            Ok(part.unwrap_or(vibration))
+            Ok((part.unwrap_or(vibration), None))
         }
-        _ => Ok(vibration),
+        _ => Ok((vibration, None)),
     }
 }
 

@@ -6,6 +6,7 @@ use std::fmt;
 use piezotact::Warning;
 use piezotact::criterion::{Criterion, Limit, Outcome};
 use piezotact::discrimination::Model;
+use piezotact::integrity::copied;
 use piezotact::quantity::{Decibels, SampleRate};
 use piezotact::resample::to_common_rate;
 use piezotact::score::{Difference, Extent, Score, ScoreConfig, not_felt, score};
@@ -306,6 +307,9 @@ pub(super) fn compared(
     );
     let common = common.map_err(|error| error.to_string())?;
     let (first, second) = (common.first, common.second);
+    if copied(first.samples(), second.samples()).is_some() {
+        return Err("both recordings are one, or a copy with another level or delay".into());
+    }
     let shorter = first.samples().len().min(second.samples().len());
     let config = ScoreConfig {
         welch: welch_for(shorter, first.rate())?,

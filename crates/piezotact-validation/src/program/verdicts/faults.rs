@@ -7,7 +7,7 @@ use anyhow::Result;
 use num_complex::Complex;
 use piezotact::feature::Weighting;
 use piezotact::lineage::Mode;
-use piezotact::quantity::{Band, Decibels, Hertz, Seconds};
+use piezotact::quantity::{Band, Decibels, Hertz};
 use piezotact::verify::{RenderedBand, VerifyConfig};
 
 use super::kinds::Kind;
@@ -316,11 +316,6 @@ impl Making<'_> {
                 self.case.delivered = scene.good(&[first.clone(), first].concat());
             }
             FadeUntold(s) => self.case.delivered = scene.good(&faded(&self.played, s)),
-            FadeTold(s) => {
-                self.case.meant = faded(&self.case.meant, s);
-                self.case.delivered = scene.good(&faded(&self.played, s));
-                self.case.config.fade = Seconds(s);
-            }
             Faster(share) => {
                 // It begins again, so that it is as long.
                 let n = scene.target.len();

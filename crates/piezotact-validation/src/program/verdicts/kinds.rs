@@ -28,7 +28,7 @@ pub(super) enum Kind {
     Pause(f64),
     SecondHalfSilent,
     FirstHalfTwice,
-    /// A fade of so many seconds at both ends that `verify` is not told.
+    /// A fade of so many seconds at both ends.
     FadeUntold(f64),
     Echo,
     /// Played faster by this share.
@@ -78,7 +78,6 @@ pub(super) enum Kind {
     NoisierSensor,
     OtherPlacement(&'static str),
     Repeat,
-    FadeTold(f64),
     Clock(f64),
     Delay(f64),
     CutStart,
@@ -186,8 +185,6 @@ impl Kind {
             Level(-0.3),
             Level(0.5),
             Level(-0.5),
-            FadeTold(0.02),
-            FadeTold(0.1),
             Clock(10e-6),
             Clock(50e-6),
             Clock(-50e-6),
@@ -234,7 +231,7 @@ impl Kind {
             Self::Pause(s) => format!("pause {:.0} ms", s * 1e3),
             Self::SecondHalfSilent => "second half silent".into(),
             Self::FirstHalfTwice => "first half twice".into(),
-            Self::FadeUntold(s) => format!("fade {:.0} ms, untold", s * 1e3),
+            Self::FadeUntold(s) => format!("fade {:.0} ms", s * 1e3),
             Self::Echo => "echo 30 ms".into(),
             Self::Faster(share) => format!("{:.0} % faster", share * 100.0),
             Self::Wander(ms) => format!("delay wanders ±{ms} ms"),
@@ -274,7 +271,6 @@ impl Kind {
             Self::NoisierSensor => "sensor noise +6 dB".into(),
             Self::OtherPlacement(run) => format!("placed {run}"),
             Self::Repeat => "repeat, load ±5 %".into(),
-            Self::FadeTold(s) => format!("fade {:.0} ms, told", s * 1e3),
             Self::Clock(share) => format!("clock {:+.0} ppm", share * 1e6),
             Self::Delay(s) => format!("delay {:.1} ms", s * 1e3),
             Self::CutStart => "recording starts with it".into(),
