@@ -172,6 +172,9 @@ pub(crate) fn run(python: &str, only: &[&str]) -> Result<()> {
     if let ["V2", part @ ..] = only {
         return super::conclusions::run(part);
     }
+    if only == ["I1"] {
+        return super::intervals::run();
+    }
     if only == ["C1"] {
         return super::discrimination::run();
     }

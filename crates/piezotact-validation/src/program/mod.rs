@@ -5,6 +5,7 @@ mod bench;
 mod conclusions;
 mod discrimination;
 mod failure;
+mod intervals;
 mod made;
 mod output;
 mod outputs;
@@ -64,6 +65,8 @@ enum Command {
         /// A part: textures=fine,rough seeds=1 kinds=mains,copies list=all.
         part: Vec<String>,
     },
+    /// How often 95 % intervals hold the truth.
+    Intervals,
     /// Rendering errors by method and level, for many people of the twin.
     Rendering,
     /// False-positive and true-positive rates of the comparison of samples.
@@ -114,6 +117,7 @@ fn done(cli: &Cli, called: &Called) -> Outcome {
         }
         Command::Verdicts { part } => verdicts::run(&words(part))?,
         Command::Conclusions { part } => conclusions::run(&words(part))?,
+        Command::Intervals => intervals::run()?,
         Command::Rendering => rendering::run()?,
         Command::Discrimination => discrimination::run()?,
         Command::Stops => stops::run()?,
