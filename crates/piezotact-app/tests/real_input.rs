@@ -273,7 +273,7 @@ fn textsense_is_rendered_through_measured_hands() {
                 "hand {model}, axis {rank}, {name}: {}",
                 verified.sentence()
             );
-            // The fades of 20 ms and what is given up cost a little of the waveform.
+            // What is given up costs a little of the waveform.
             assert!(
                 verified.waveform_correlation >= 0.9,
                 "hand {model}, axis {rank}, {name}: {}",

@@ -288,7 +288,7 @@ fn copies_are_not_compared_whatever_their_level_and_delay() {
             matches!(warning, FeltWarning::NotKnown { why: FeltUnknown::NotCompared { reason, .. } }
                 if reason.contains("a copy"))
         };
-        assert!(warnings(&found.warnings).iter().any(|w| is_said(w)));
+        assert!(warnings(&found.warnings).iter().any(is_said));
     }
     let of_two_sensors = of_two(texture(200.0, 1), texture(200.0, 2));
     assert_eq!(of_two_sensors.felt.unwrap().pairs[0].comparisons.len(), 1);

@@ -22,6 +22,7 @@ mod receptors;
 mod reference;
 mod related;
 mod score;
+mod score_strokes;
 mod sensor_noise;
 mod shared_data;
 mod sound_golden;
