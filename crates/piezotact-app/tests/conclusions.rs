@@ -163,7 +163,12 @@ fn the_headroom_of_silence_is_no_number() {
 
 /// Twelve strokes of 1 s with rests between them, by a force and an acceleration; lines at 50 Hz, one of the texture and a hum of the mains
 /// throughout, of these amplitudes.
-fn strokes_with_hum(seed: usize, [texture_m_s2, hum_m_s2]: [f64; 2]) -> String {
+fn strokes_with_hum(seed: usize, lines_m_s2: [f64; 2]) -> String {
+    strokes_with_line(seed, 50.0, lines_m_s2)
+}
+
+/// Strokes with a line of the texture at `texture_hz`, and a hum of 50 Hz throughout.
+fn strokes_with_line(seed: usize, texture_hz: f64, [texture_m_s2, hum_m_s2]: [f64; 2]) -> String {
     let mut text = String::from("t (s),acc (m/s2),fn (N)\n");
     let mut noise = noise(80_000 * (seed + 1)).skip(80_000 * seed);
     for i in 0..34_000 {
@@ -175,7 +180,8 @@ fn strokes_with_hum(seed: usize, [texture_m_s2, hum_m_s2]: [f64; 2]) -> String {
             0.0
         };
         let line = (TAU * 50.0 * t).sin();
-        let texture = touching * (10.0 * noise.next().unwrap() + texture_m_s2 * line);
+        let own = texture_m_s2 * (TAU * texture_hz * t).sin();
+        let texture = touching * (10.0 * noise.next().unwrap() + own);
         let sensor = 0.8 * noise.next().unwrap();
         let force = 0.5 * touching + 0.002 * (TAU * 3.1 * t).sin();
         let all = texture + hum_m_s2 * line + sensor;
@@ -186,12 +192,17 @@ fn strokes_with_hum(seed: usize, [texture_m_s2, hum_m_s2]: [f64; 2]) -> String {
 
 /// What is concluded of two samples with these lines, with the text.
 fn told(lines_m_s2: [[f64; 2]; 2]) -> (String, String) {
+    told_at(50.0, lines_m_s2)
+}
+
+/// As [`told`], with the line of the texture at `texture_hz`.
+fn told_at(texture_hz: f64, lines_m_s2: [[f64; 2]; 2]) -> (String, String) {
     let folder = Folder::new();
     for (name, (seed, lines)) in ["A_1.csv", "B_1.csv"]
         .iter()
         .zip([1, 3].into_iter().zip(lines_m_s2))
     {
-        folder.write(name, strokes_with_hum(seed, lines));
+        folder.write(name, strokes_with_line(seed, texture_hz, lines));
     }
     let line = "compare A_1.csv B_1.csv --meta {sample}_{trial} --by sample";
     let done = run(&folder, line);
@@ -222,8 +233,13 @@ fn what_lies_around_a_line_that_is_left_out_is_not_called_alike() {
         said.contains("a difference may lie around the lines that are left out"),
         "{said}"
     );
-    let (outcome, said) = told([[0.0, 0.0], [6.0, 0.0]]);
+    let (outcome, said) = told_at(63.0, [[0.0, 0.0], [6.0, 0.0]]);
     assert_eq!(outcome, "told_apart", "{said}");
+    // At 50 Hz it may be hum that comes with the sliding.
+    let (outcome, said) = told([[0.0, 0.0], [6.0, 0.0]]);
+    assert_eq!(outcome, "not_decided", "{said}");
+    let why = "another one without the lines that may be of the machine or the mains";
+    assert!(said.contains(why), "{said}");
     // The hum alone, in both, hides nothing.
     let (outcome, said) = told([[0.0, 0.3], [0.0, 0.3]]);
     assert_eq!(outcome, "below_jnd", "{said}");

@@ -272,8 +272,8 @@ fn felt_folders_by_participant_and_without_recordings() {
     folder.write("answers.csv", confused());
     for person in ["P0", "P1"] {
         std::fs::create_dir_all(folder.path(&format!("all/{person}"))).unwrap();
-        for (sample, scale) in [("S1", 1.0), ("S11", 0.25)] {
-            let made = noise(20_000).map(|v| scale * v);
+        for (sample, scale, skipped) in [("S1", 1.0, 0), ("S11", 0.25, 20_000)] {
+            let made = noise(40_000).skip(skipped).take(20_000).map(|v| scale * v);
             folder.write(&format!("all/{person}/{sample}.wav"), wav(made, 5000));
         }
     }

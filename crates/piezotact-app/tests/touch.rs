@@ -17,7 +17,8 @@ fn louder(mut made: Recorded, level: f64) -> Recorded {
     let squares = made.acceleration.iter().map(|value| value * value);
     let rms = (squares.sum::<f64>() / made.acceleration.len() as f64).sqrt();
     for value in &mut made.acceleration {
-        *value = level * (*value + 0.01 * rms * random.normal());
+        // The noise of the sensor is that of all samples.
+        *value = level * *value + 0.01 * rms * random.normal();
     }
     made
 }

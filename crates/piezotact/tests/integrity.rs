@@ -685,7 +685,7 @@ fn a_steady_load_is_no_drop_out() {
             found.gaps.is_empty() && found.frozen.is_empty(),
             "{found:?}"
         );
-        force[30_000..32_000].fill(0.0);
+        force[32_500..34_500].fill(0.0);
         let found = piezotact::integrity::inspect_samples(&force, rate(), &Unit::Newton);
         assert_eq!(found.gaps.len() + found.frozen.len(), 1, "{found:?}");
     }

@@ -33,8 +33,9 @@ const SLIP_SMOOTHING_S: f64 = 0.006;
 const LIGHTEST: f64 = 0.1;
 /// With a friction coefficient below this, slips are not looked for.
 const LEAST_FRICTION: f64 = 0.1;
-/// Friction that rises so fast in this share of its falls or more oscillates.
-const SYMMETRIC: f64 = 0.8;
+/// Friction that rises as fast as it falls in this share of its falls, more often than this, oscillates.
+const SYMMETRIC: f64 = 0.9;
+const OSCILLATES_HZ: f64 = 15.0;
 /// The least number of slips for stick-slip …
 const SLIPS: usize = 3;
 /// … when they follow each other at this rate or faster, Hz.
@@ -245,7 +246,7 @@ fn runs(frames: Frames, values: &[f64], threshold: f64) -> Vec<(usize, usize)> {
 /// second; `None` unless they make stick-slip.
 ///
 /// A slip is a fall of the friction by a fifth of its level within 16 ms, which a hand cannot do, and by more than the `noise` of the forces
-/// makes of it in that time: the rms of the change, smoothed over 6 ms. Where friction rises as fast as it falls, nothing sticks.
+/// makes of it in that time: the rms of the change, smoothed over 6 ms. Where friction rises as fast as it falls more than 15 times a second, nothing sticks.
 pub(super) fn stick_slip_in_friction(
     frames: Frames,
     ratio: &[f64],
@@ -272,8 +273,9 @@ pub(super) fn stick_slip_in_friction(
         count
     };
     let slips = falls(1.0);
-    // What rises as fast as it falls is no sticking: a coarse texture, or the cell that rings.
-    if falls(-1.0) as f64 > SYMMETRIC * slips as f64 {
+    // What rises as fast as it falls, and often, is no sticking: a coarse texture, or the cell that rings.
+    let is_fast = slips as f64 > OSCILLATES_HZ * frames.seconds(ratio.len().max(1));
+    if is_fast && falls(-1.0) as f64 > SYMMETRIC * slips as f64 {
         return None;
     }
     enough(frames, slips, ratio.len())
