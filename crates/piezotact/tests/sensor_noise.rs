@@ -104,13 +104,13 @@ fn hum_of_the_forces_breaks_no_contact_up() {
     }
 }
 
-/// A machine's line in the vibration that is as strong as the texture: the reason states how far it stands above rest, and what is needed.
+/// A machine's line in the vibration that is four times as strong as the texture: the reason states how far it stands above rest, and what is needed.
 #[test]
 fn a_line_in_the_vibration_is_named() {
-    for hz in [127.0, 310.0] {
+    for hz in [83.0, 127.0] {
         let mut noisy = made(6, Kind::Plain);
         let level = piezotact::statistics::rms(&noisy.acceleration);
-        let hum = line(hz, level);
+        let hum = line(hz, 4.0 * level);
         for (i, sample) in noisy.acceleration.iter_mut().enumerate() {
             *sample += hum(i);
         }

@@ -86,10 +86,10 @@ fn rms_about(samples: &[f64], middle: f64) -> f64 {
     (sum / samples.len().max(1) as f64).sqrt()
 }
 
-/// The parts of `samples` that are lost, in their order.
-pub(super) fn lost(samples: &[f64], rate: SampleRate) -> Lost {
+/// The parts of `samples` in which one value is held, and what is usual in the others; `None` where there are too few.
+fn lost_by_a_held_value(samples: &[f64], rate: SampleRate) -> Option<(Lost, Usual)> {
     if samples.len() < 4 * FEWEST {
-        return Lost::default();
+        return None;
     }
     let mut found = Lost::default();
     let held = held(samples, rate);
@@ -109,6 +109,20 @@ pub(super) fn lost(samples: &[f64], rate: SampleRate) -> Lost {
             found.frozen.push(span);
         }
     }
+    Some((found, usual))
+}
+
+/// The parts of a force that are lost: a force does not oscillate about a floor, so that a finger which lifts, or a steady load, is no lost
+/// signal. One value that is held is.
+pub(super) fn lost_of_force(samples: &[f64], rate: SampleRate) -> Lost {
+    lost_by_a_held_value(samples, rate).map_or_else(Lost::default, |(found, _)| found)
+}
+
+/// The parts of `samples` that are lost, in their order.
+pub(super) fn lost(samples: &[f64], rate: SampleRate) -> Lost {
+    let Some((mut found, usual)) = lost_by_a_held_value(samples, rate) else {
+        return Lost::default();
+    };
     for span in at_the_floor(samples, rate, &usual, FLOOR, SHORTEST_GAP) {
         let within = |known: &Span| known.from < span.to && span.from < known.to;
         let inside = span.from > 0 && span.to < samples.len();

@@ -175,7 +175,10 @@ pub fn inspect_samples(samples: &[f64], rate: SampleRate, unit: &Unit) -> Defect
     if defects.dead || commanded(unit) {
         return defects;
     }
-    let lost = level::lost(samples, rate);
+    let lost = match unit {
+        Unit::Newton => level::lost_of_force(samples, rate),
+        _ => level::lost(samples, rate),
+    };
     let shortest = match unit {
         Unit::Newton => rate.samples_in(HELD_FORCE),
         _ => 0,
@@ -186,14 +189,6 @@ pub fn inspect_samples(samples: &[f64], rate: SampleRate, unit: &Unit) -> Defect
     };
     defects.frozen = long(lost.frozen);
     defects.gaps = long(lost.gaps);
-    if *unit == Unit::Newton {
-        // A force does not oscillate about a floor: a finger that lifts, or a steady load, is no lost signal. One value that is held is.
-        let held = |span: &Span| {
-            let part = &samples[span.from..span.to];
-            part.iter().all(|v| *v == part[0])
-        };
-        defects.gaps.retain(held);
-    }
     defects.clipped_fraction = limited(samples).share();
     if measured(unit) {
         defects.hum = mains_hum(samples, rate);

@@ -149,7 +149,7 @@ impl Floors {
         (from, to): (usize, usize),
     ) -> (Vec<f64>, f64) {
         let level = vibration_level(frames, vibration, from, to);
-        if loudness(&level) >= ABOVE_FLOOR * self.usual {
+        if loudness(&level) >= CLEARLY_ABOVE_FLOOR * self.usual {
             return (level, self.usual);
         }
         let others = OtherLevel::ALL.into_iter().zip(self.others);
