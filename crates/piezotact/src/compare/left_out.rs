@@ -11,6 +11,8 @@ use crate::number::digits;
 
 /// Half a third of an octave, as a share of its middle.
 const THIRD_OCTAVE: f64 = 0.115;
+/// Rests of one sensor differ from their mean by less, dB rms over lines.
+const OTHER_REST_DB: f64 = 3.0;
 /// A Hann window spreads a line over so many bins on either side.
 const SPREAD: f64 = 2.5;
 
@@ -105,7 +107,8 @@ fn mean_rest(recordings: &[&Analysis]) -> Option<Vec<f64>> {
     smooth.iter().all(|power| *power > 0.0).then_some(smooth)
 }
 
-/// The geometric mean of the PSDs at rest of `textures`; `None` where one has none.
+/// The geometric mean of the PSDs at rest of `textures`; `None` where one has none, and where all are within 3 dB of it in the mean over
+/// lines, as rests of one sensor are.
 fn usual_rest(textures: &[TextureWithLines]) -> Option<Vec<f64>> {
     let all: Vec<&Vec<f64>> = textures
         .iter()
@@ -116,7 +119,13 @@ fn usual_rest(textures: &[TextureWithLines]) -> Option<Vec<f64>> {
         let logs: Option<Vec<f64>> = all.iter().map(|psd| Some(psd.get(k)?.ln())).collect();
         Some(crate::statistics::mean(&logs?).exp())
     };
-    (0..bins).map(of_bin).collect()
+    let usual: Vec<f64> = (0..bins).map(of_bin).collect::<Option<_>>()?;
+    let differs = all.iter().any(|rest| {
+        let ratios = rest.iter().zip(&usual).map(|(rest, usual)| rest / usual);
+        let squares = ratios.map(|ratio| (10.0 * ratio.log10()).powi(2));
+        crate::statistics::mean(&squares.collect::<Vec<_>>()) > OTHER_REST_DB.powi(2)
+    });
+    differs.then_some(usual)
 }
 
 /// The bins of `psd` that a line at `place`, in bins, reaches, each with the power on the straight line, of the logarithm, between the bins
