@@ -239,9 +239,15 @@ fn a_slow_line_shows_sliding() {
     let mut random = Random::new(21);
     let mut grating = made(21, Kind::Plain);
     let wave = line(30.0, 0.7);
-    for i in 0..grating.acceleration.len() {
-        let slides = if grating.fz_n[i] > 0.03 { wave(i) } else { 0.0 };
-        grating.acceleration[i] = slides + 0.03 * random.normal();
+    let slides = |i: usize| {
+        let at_s = i as f64 / RATE_HZ;
+        let mut all = grating.truths.iter().map(|truth| truth.sliding_s);
+        all.any(|(from_s, to_s)| (from_s..to_s).contains(&at_s))
+    };
+    let sliding: Vec<bool> = (0..grating.acceleration.len()).map(slides).collect();
+    for (i, slides) in sliding.into_iter().enumerate() {
+        let line = if slides { wave(i) } else { 0.0 };
+        grating.acceleration[i] = line + 0.03 * random.normal();
     }
     let found = cut(&grating, Some(&grating.acceleration));
     assert_eq!(found.strokes.len(), 24, "{:?}", found.rejected);
