@@ -338,13 +338,14 @@ impl<'a> Grouping<'a> {
         // Where active touch has no known speed, speeds do not set active and passive touch apart.
         let mut speeds = analysed.iter().map(|place| self.takes[*place].speed_m_s());
         let all_speeds = speeds.all(|speed| speed.is_some());
+        let load_by_load = splits_loads(by) || by == Factor::Sample && self.samples_share_loads();
         let mut settings: Vec<(Key, Vec<usize>)> = Vec::new();
         for place in analysed {
             let mut key = Key::of(&self.takes[place]);
             key.part(by).clear();
             key.file.clear();
             // What is compared with another question takes loads together, with a warning, unless all samples were touched with each.
-            if !splits_loads(by) && !(by == Factor::Sample && self.samples_share_loads()) {
+            if !load_by_load {
                 key.load.clear();
             }
             if by == Factor::Touch && !all_speeds {
