@@ -274,6 +274,8 @@ impl FrictionChange {
 }
 
 /// What a power law of the friction coefficient on `x` says over `units`, where it changes by as much as counts.
+///
+/// Source: docs/decisions/strokes.md.
 #[must_use]
 pub fn friction_conclusion(
     fit: &LogFit,

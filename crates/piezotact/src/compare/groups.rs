@@ -1,10 +1,9 @@
 //! Which samples are distinguishable by their vibration, from the strokes of each.
 
-use std::collections::BTreeMap;
-
 use crate::warning::{Few, FewWarning, Scatter, ScatterWarning, Warning};
 use serde::{Deserialize, Serialize};
 
+use super::chance::{by_name, permute};
 use super::distinguishability::{Distinguishability, Groups, Pair, PairCriterion, SampleUnit};
 use crate::criterion::{Criterion, Limit};
 use crate::discrimination::{
@@ -12,7 +11,7 @@ use crate::discrimination::{
 };
 use crate::feature::Analysis;
 use crate::quantity::{Band, Hertz, Unit};
-use crate::statistics::{Draws, holm, permutation_test_within, smallest_p, units_needed};
+use crate::statistics::{Draws, holm, smallest_p, units_needed};
 
 /// Recordings are pooled when the p-value of a difference between them is at least this.
 const POOLED_FROM: f64 = 0.1;
@@ -20,8 +19,6 @@ const POOLED_FROM: f64 = 0.1;
 const HALVINGS: usize = 199;
 /// The divisions of strokes among recordings that are looked at.
 const SHUFFLES: usize = 499;
-/// The largest number of divisions drawn for one pair.
-const MOST_DRAWS: usize = 200_000;
 
 /// What is compared: a sample's strokes, by recording.
 #[derive(Clone, Debug, PartialEq)]
@@ -219,8 +216,8 @@ fn band_of(settings: &[Vec<Texture>], band: Band) -> Result<Band, WithheldCause>
 }
 
 /// The excitations of the units of a sample.
-struct Sample {
-    units: Vec<Excitation>,
+pub(super) struct Sample {
+    pub(super) units: Vec<Excitation>,
     mean: Excitation,
 }
 
@@ -235,7 +232,7 @@ struct Sample {
 /// one are averaged.
 ///
 /// Formula: limits from Student's t with the degrees of freedom of Welch and Satterthwaite on the derivative of the distance;
-/// [`permutation_test_within`] with 200 divisions for every pair of the study, 1999 and more; [`holm`]; maximal cliques of pairs below the JND
+/// [`crate::statistics::permutation_test_within`] with 200 divisions for every pair of the study, 1999 and more; [`holm`]; maximal cliques of pairs below the JND
 /// (C. Bron and J. Kerbosch 1973, Commun. ACM 16(9)).
 ///
 /// Source: docs/decisions/strokes.md and docs/decisions/verification.md.
@@ -323,94 +320,6 @@ pub(super) fn distances(settings: &[Vec<Texture>], config: &DiscriminationConfig
     }
 }
 
-/// The pairs of samples by name, each with its places: setting and pair.
-fn by_name(found: &[Groups]) -> BTreeMap<[&str; 2], Vec<(usize, usize)>> {
-    let mut places: BTreeMap<[&str; 2], Vec<(usize, usize)>> = BTreeMap::new();
-    for (setting, groups) in found.iter().enumerate() {
-        for (place, pair) in groups.pairs.iter().enumerate() {
-            let mut names = [pair.a, pair.b].map(|i| groups.names[i].as_str());
-            names.sort_unstable();
-            places.entry(names).or_default().push((setting, place));
-        }
-    }
-    places
-}
-
-/// Tests every pair of samples over all settings in which both have several units, and how many pairs there are.
-fn permute(found: &mut [Groups], samples: &[Vec<Sample>], config: &DiscriminationConfig) -> usize {
-    let places: Vec<Vec<(usize, usize)>> = by_name(found).into_values().collect();
-    let family = places.len();
-    for mut places in places {
-        places.retain(|(setting, place)| found[*setting].pairs[*place].interval_jnd.is_some());
-        let strata: Vec<Stratum<'_>> = places
-            .iter()
-            .map(|(setting, place)| {
-                let pair = &found[*setting].pairs[*place];
-                Stratum::of([pair.a, pair.b].map(|i| &samples[*setting][i]))
-            })
-            .collect();
-        if strata.is_empty() {
-            continue;
-        }
-        let draws = (200 * family).clamp(2000, MOST_DRAWS) - 1;
-        let counts: Vec<[usize; 2]> = strata.iter().map(|s| [s.units.len(), s.first]).collect();
-        let (mut one, mut other) = (Vec::new(), Vec::new());
-        let permuted = permutation_test_within(&counts, draws, config.seed, &mut |chosen| {
-            let each = strata.iter().zip(chosen);
-            each.map(|(stratum, chosen)| {
-                stratum.distance_jnd(chosen, &config.model, (&mut one, &mut other))
-            })
-            .sum()
-        });
-        for (setting, place) in places {
-            found[setting].pairs[place].permuted = Some(permuted);
-        }
-    }
-    family
-}
-
-/// The units of two samples in one setting, among which they are divided.
-struct Stratum<'u> {
-    units: Vec<&'u Excitation>,
-    /// How many of them are of the first sample.
-    first: usize,
-    /// The mean of all.
-    whole: Vec<f64>,
-}
-
-impl<'u> Stratum<'u> {
-    fn of([first, second]: [&'u Sample; 2]) -> Self {
-        let units: Vec<&Excitation> = first.units.iter().chain(&second.units).collect();
-        let mut whole = Vec::new();
-        let everybody: Vec<usize> = (0..units.len()).collect();
-        mean_sums(&units, &everybody, &mut whole);
-        Self {
-            first: first.units.len(),
-            units,
-            whole,
-        }
-    }
-
-    /// The distance of the `chosen` units from the others.
-    fn distance_jnd(
-        &self,
-        chosen: &[usize],
-        model: &Model,
-        (one, other): (&mut Vec<f64>, &mut Vec<f64>),
-    ) -> f64 {
-        let count = self.units.len();
-        let rest = (count - chosen.len()) as f64;
-        mean_sums(&self.units, chosen, one);
-        other.clear();
-        other.extend(
-            self.whole.iter().zip(&*one).map(|(all, part)| {
-                (all * count as f64 - part * chosen.len() as f64).max(0.0) / rest
-            }),
-        );
-        model.distance_jnd(one, other)
-    }
-}
-
 /// The excitation of every stroke, by sample and recording.
 fn excitations(textures: &[Texture], model: &Model) -> Vec<Vec<Vec<Excitation>>> {
     let Some(first) = textures.first() else {
@@ -448,7 +357,7 @@ fn sample(recordings: &[Vec<Excitation>], units: SampleUnit) -> Sample {
 }
 
 /// The mean of the sums of the units with these indices.
-fn mean_sums(units: &[&Excitation], of: &[usize], into: &mut Vec<f64>) {
+pub(super) fn mean_sums(units: &[&Excitation], of: &[usize], into: &mut Vec<f64>) {
     into.clear();
     into.resize(units.first().map_or(0, |u| u.sums.len()), 0.0);
     for &i in of {

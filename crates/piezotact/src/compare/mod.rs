@@ -1,5 +1,6 @@
 //! Comparisons: across samples, speeds, loads, directions, participants, and between active and passive touch.
 
+mod chance;
 mod conclusion;
 mod confounded;
 mod distinguishability;
