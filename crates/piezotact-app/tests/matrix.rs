@@ -273,7 +273,10 @@ fn felt_folders_by_participant_and_without_recordings() {
     for person in ["P0", "P1"] {
         std::fs::create_dir_all(folder.path(&format!("all/{person}"))).unwrap();
         for (sample, scale, skipped) in [("S1", 1.0, 0), ("S11", 0.25, 20_000)] {
-            let made = noise(40_000).skip(skipped).take(20_000).map(|v| scale * v);
+            // The same noise, with some of each sensor: a recording that is scaled alone is a copy.
+            let sensor = noise(60_000).skip(20_000 + skipped);
+            let both = noise(20_000).zip(sensor);
+            let made = both.map(|(v, sensor)| scale * (v + 0.05 * sensor));
             folder.write(&format!("all/{person}/{sample}.wav"), wav(made, 5000));
         }
     }
