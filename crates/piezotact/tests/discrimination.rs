@@ -63,6 +63,50 @@ fn a_hundred_null_studies_tell_nothing_apart() {
     assert!(chance <= 12, "{chance}");
 }
 
+/// Three samples at three speeds, `jnd` between the first two, so many recordings of six strokes each that differ by `session_db`.
+fn at_three_speeds(
+    random: &mut Random,
+    jnd: f64,
+    (recordings, session_db): (usize, f64),
+) -> AcrossSamples {
+    let other = spectrum_apart(&config().model, Change::Level, jnd);
+    let plain = spectrum(Change::Level, 0.0);
+    let setting = |random: &mut Random| {
+        let named = [("A", &other), ("B", &plain), ("C", &plain)];
+        named.map(|(name, texture)| sample(random, name, texture, [recordings, 6], session_db))
+    };
+    let settings: Vec<Vec<Texture>> = (0..3).map(|_| setting(random).to_vec()).collect();
+    discriminate(&settings, &config()).unwrap()
+}
+
+/// Pairs are tested over all settings together: equal samples are told apart no more often for it, at any of the speeds.
+#[test]
+fn null_studies_of_three_speeds_tell_nothing_apart() {
+    let (mut told, mut chance) = (0, 0);
+    for seed in 0..100 {
+        let found = at_three_speeds(&mut Random::new(500 + seed), 0.0, (1, 0.0));
+        assert_eq!(found.family, 3);
+        told += usize::from(told_apart(&found) > 0);
+        chance += usize::from(differ(&found));
+    }
+    eprintln!("100 null studies of three speeds: told apart in {told}; beyond chance in {chance}");
+    assert_eq!(told, 0);
+    assert!(chance <= 12, "{chance}");
+}
+
+/// Three recordings against three decide nothing at one speed (p is 0.1 at least), and do at three.
+#[test]
+fn three_recordings_at_three_speeds_decide() {
+    let found = at_three_speeds(&mut Random::new(700), 8.0, (3, 1.0));
+    assert_eq!(found.units, SampleUnit::Recordings);
+    for groups in &found.settings {
+        let p = groups.pair(0, 1).unwrap().p_adjusted.unwrap();
+        assert!(p <= 0.05, "{p}");
+        let equal = groups.pair(1, 2).unwrap();
+        assert_ne!(equal.outcome, Distinguishability::ToldApart, "{equal:?}");
+    }
+}
+
 #[test]
 fn fifteen_strokes_tell_two_jnd_apart() {
     let model = config().model;

@@ -267,6 +267,13 @@ fn friction_under_noise_is_that_of_the_forces_without_it() {
         };
         let each = found.strokes.iter().map(|stroke| {
             let forces = piezotact::feature::stroke_forces(&signals, found, stroke.steady).unwrap();
+            // The forces belong together, as the figure of a stroke shows them.
+            for i in 0..forces.normal_n.len() {
+                let ratio = forces.tangential_n[i] / forces.normal_n[i];
+                assert!((ratio / forces.friction_coefficient[i] - 1.0).abs() < 1e-9);
+            }
+            let spread = piezotact::statistics::standard_deviation(&forces.normal_n);
+            assert!(spread < 0.065, "{spread} N");
             let friction = forces.friction_coefficient;
             friction.iter().sum::<f64>() / friction.len() as f64
         });

@@ -548,6 +548,17 @@ mod tests {
     use super::*;
     use std::f64::consts::{PI, TAU};
 
+    /// A cut-off of 0.8 mm after the `form`.
+    fn stated(form: Form) -> ProfileConfig {
+        ProfileConfig {
+            standard: ProfileStandard::Iso4287,
+            form,
+            filter: ProfileFilter::Gauss,
+            cutoff: Cutoff::Stated(0.8e-3),
+            short_waves: ShortWaves::Kept,
+        }
+    }
+
     /// A plane with one groove had an Ra, and a place among other surfaces, without a word.
     #[test]
     fn a_groove_in_a_plane_is_no_roughness_of_one_surface() {
@@ -566,13 +577,7 @@ mod tests {
             });
             HeightProfile::new(heights.collect(), 1e-6).unwrap()
         };
-        let config = ProfileConfig {
-            standard: ProfileStandard::Iso4287,
-            form: Form::Level,
-            filter: ProfileFilter::Gauss,
-            cutoff: Cutoff::Stated(0.8e-3),
-            short_waves: ShortWaves::Kept,
-        };
+        let config = stated(Form::Level);
         let plane = profile_roughness(&profile(0.0), &config).unwrap();
         assert!(plane.is_uniform());
         assert_eq!(plane.warnings, []);
@@ -590,13 +595,7 @@ mod tests {
 
     #[test]
     fn sections_unlike_the_rest_are_a_warning() {
-        let config = ProfileConfig {
-            standard: ProfileStandard::Iso4287,
-            form: Form::Mean,
-            filter: ProfileFilter::Gauss,
-            cutoff: Cutoff::Stated(0.8e-3),
-            short_waves: ShortWaves::Kept,
-        };
+        let config = stated(Form::Mean);
         // 10 mm; beyond 8 mm the wave is `factor` times as high
         let warnings = |factor: f64| {
             let wave = |i: i32| {

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use crate::quantity::Seconds;
-use crate::statistics::{mean, rms};
+use crate::statistics::mean;
 use crate::stroke::frames::smoothed;
 use crate::stroke::{Interval, Segmentation, Signals};
 
@@ -61,8 +61,8 @@ pub(super) enum Touch {
 }
 
 /// Writes the normal force and the ratio of the tangential to it by sample; the ratio is empty without a tangential force. Where the normal force
-/// fluctuates within 40 ms, two periods of the mains, by more than a tenth of its mean, as noise or hum of its cell does, the ratio is that of
-/// forces smoothed over that time: the mean of a ratio to noise is too high without limit.
+/// fluctuates within 40 ms, two periods of the mains, by more than a tenth of its mean, as noise or hum of its cell does, all forces are
+/// smoothed over that time: the mean of a ratio to noise is too high without limit.
 pub(super) fn fill(
     (signals, segmentation): (&Signals<'_>, &Segmentation),
     steady: Interval,
@@ -83,8 +83,11 @@ pub(super) fn fill(
     let width = signals.rate.samples_in(HUM_SMOOTHING);
     let smooth_n = smoothed(force, width);
     let fast = force.iter().zip(&smooth_n).map(|(n, mean)| n - mean);
-    let noise_n = rms(&fast.collect::<Vec<_>>());
+    let noise_n = (fast.map(|n| n * n).sum::<f64>() / force.len().max(1) as f64).sqrt();
     let is_noisy = noise_n > NOISY * mean(&smooth_n).abs();
+    if is_noisy {
+        force.copy_from_slice(&smooth_n);
+    }
     let axes: Vec<(Cow<'_, [f64]>, f64)> = signals
         .tangential_force_n
         .iter()
@@ -99,7 +102,7 @@ pub(super) fn fill(
         })
         .collect();
     ratio.resize(if axes.is_empty() { 0 } else { force.len() }, 0.0);
-    let (squares, normals) = (&mut *ratio, if is_noisy { &smooth_n } else { &*force });
+    let (squares, normals) = (&mut *ratio, &*force);
     pulp::Arch::new().dispatch(
         #[inline(always)]
         || {
@@ -113,8 +116,8 @@ pub(super) fn fill(
             }
         },
     );
-    let off = normals.iter().filter(|n| **n < LEAST_NORMAL_N).count();
-    Some(match 50 * off <= normals.len() {
+    let off = force.iter().filter(|n| **n < LEAST_NORMAL_N).count();
+    Some(match 50 * off <= force.len() {
         true => Touch::Lasting,
         false => Touch::Broken,
     })
