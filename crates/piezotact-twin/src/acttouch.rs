@@ -7,6 +7,7 @@ use piezotact::quantity::Unit;
 use piezotact::recording::{Condition, Touch};
 
 use super::RATE_HZ;
+use super::camera::Camera;
 use super::drag::MovingSide;
 use super::parameters::{HandParameters, Sample, TwinParameters};
 use super::participant::Participant;
@@ -15,7 +16,7 @@ use super::protocol::{
 };
 use super::sensors::{Accelerometer, SlowHand, TriaxialCell};
 use super::session::{
-    Session, Stretches, Touched, Touching, empty, nail_and_forces, on_nail, quiet,
+    CALIBRATION, Session, Stretches, Touched, Touching, empty, nail_and_forces, on_nail, quiet,
 };
 use super::sliding::{Scene, SlideResult, Sliding};
 use super::wander::SmoothWander;
@@ -155,6 +156,11 @@ impl ActTouch {
         Random::stream(self.participant.seed, 0, "force cell of acttouch")
     }
 
+    /// Whether a camera follows the fingertip; circles have no way along one axis.
+    fn is_followed(&self) -> bool {
+        self.parameters.hand.track_hz > 0.0 && self.protocol.movement != SlidingDirection::Circular
+    }
+
     /// The force that this person intends to apply, N.
     fn load_n(&self, run: &RunPlan) -> f64 {
         let hand = &self.participant.hand;
@@ -183,7 +189,11 @@ impl Touching for ActTouch {
     }
 
     fn channels(&self) -> Vec<(String, Unit)> {
-        nail_and_forces()
+        let mut channels = nail_and_forces();
+        if self.is_followed() {
+            channels.push(("position".into(), Unit::Metre));
+        }
+        channels
     }
 
     fn condition(&self) -> Condition {
@@ -240,7 +250,11 @@ impl Touching for ActTouch {
             self.cell_body(),
             random("acttouch cells at rest"),
         );
-        quiet(nail, cells)
+        let mut channels = quiet(nail, cells);
+        if self.is_followed() {
+            channels.push(vec![0.0; CALIBRATION]);
+        }
+        channels
     }
 
     fn begin(&self, run: &RunPlan) -> Box<dyn Stretches> {
@@ -294,6 +308,8 @@ impl ActTouch {
                 self.random(run, "cell"),
             ),
             random,
+            camera: Camera::of(hand, self.random(run, "camera")).filter(|_| self.is_followed()),
+            place_m: 0.0,
             run: run.clone(),
             stroke: 0,
             bench: self.clone(),
@@ -313,6 +329,9 @@ struct ActiveRun {
     nail: Accelerometer,
     cell: TriaxialCell,
     random: Random,
+    camera: Option<Camera>,
+    /// Where the fingertip is along the sample, m.
+    place_m: f64,
     stroke: usize,
     #[cfg(test)]
     truth: std::sync::Arc<std::sync::Mutex<Vec<(usize, usize)>>>,
@@ -387,6 +406,21 @@ impl ActiveRun {
         (speed, force)
     }
 
+    /// Where the fingertip is along the sample, a sample each, m: back at the beginning before the hand gets up to speed.
+    fn places_m(&mut self, stroke: &Stroke, speed: &[f64]) -> Vec<f64> {
+        let ramp = (0.5 * self.bench.parameters.hand.ramp_s * RATE_HZ) as usize;
+        let back = stroke.lift.saturating_sub(ramp).max(1);
+        let from_m = self.place_m;
+        let mut place_m = 0.0;
+        let places = speed.iter().enumerate().map(|(i, speed)| {
+            place_m += speed / RATE_HZ;
+            place_m + from_m * (1.0 - smooth(i as f64 / back as f64))
+        });
+        let places = places.collect();
+        self.place_m = place_m;
+        places
+    }
+
     /// Adds the knock of a finger that lands, or leaves, at `at`.
     fn knock(&mut self, acceleration: &mut [f64], at: usize, share: f64) {
         let hand = &self.bench.parameters.hand;
@@ -459,13 +493,17 @@ impl Stretches for ActiveRun {
             );
         }
         let mut channels = empty(4, force.len());
+        let places_m = self.places_m(&stroke, &speed);
+        if let Some(camera) = &mut self.camera {
+            channels.push(places_m.iter().map(|place| camera.read(*place)).collect());
+        }
         for i in 0..force.len() {
             channels[0].push(self.nail.read(acceleration_m_s2[i] + self.gesture.next()));
             let [x, y] = directions[i];
             let reading = self
                 .cell
                 .read([x * friction_n[i], y * friction_n[i], force[i]]);
-            for (channel, axis) in channels[1..].iter_mut().zip(reading) {
+            for (channel, axis) in channels[1..4].iter_mut().zip(reading) {
                 channel.push(axis);
             }
         }

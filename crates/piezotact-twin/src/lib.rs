@@ -7,6 +7,7 @@
 //! [`TwinPlant`] is that device as a stream behind a sound output. `eeg` is what electrodes on the person's scalp show meanwhile.
 
 mod acttouch;
+mod camera;
 mod causal;
 pub mod document;
 mod drag;

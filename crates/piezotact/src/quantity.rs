@@ -351,6 +351,13 @@ impl Unit {
         }
     }
 
+    /// The unit of a power spectral density of this unit over wavenumbers in 1/m: `(m/s²)²·m`.
+    #[must_use]
+    pub fn of_psd_along_a_way(&self) -> String {
+        let squared = self.of_psd();
+        format!("{}·m", squared.strip_suffix("/Hz").unwrap_or("1"))
+    }
+
     /// The SI unit that `text` names, and the factor that turns a value in `text` into it.
     /// Text that is no unit known here comes back as [`Unit::Other`] with factor 1.
     ///

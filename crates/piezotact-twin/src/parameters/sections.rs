@@ -53,7 +53,7 @@ parameters! {
         tremor_m_s2: f64,
         free_speed_m_s: f64, free_speed_spread: f64, least_free_speed_m_s: f64, most_free_speed_m_s: f64,
         free_force_n: f64, free_force_spread: f64, free_force_exponent: f64, circle_m: f64,
-        yaw_deg: f64, angle_deg: f64,
+        yaw_deg: f64, angle_deg: f64, track_hz: f64, track_noise_m: f64,
     }
 }
 parameters! {

@@ -3,7 +3,7 @@
 use super::trends::LEAST_CHANGE;
 use super::{
     ActivePassive, CommonLine, Contacts, ContrastUnit, DirectionContrast, DirectionDifference,
-    DirectionTrend, FrictionChange, LevelSpread, LineOrigin, LinesOfSpeeds, LoadTrend,
+    DirectionTrend, FoundIn, FrictionChange, LevelSpread, LineOrigin, LinesOfSpeeds, LoadTrend,
     PeriodCriterion, PeriodUnit, SpatialPeriod, unless_confounded,
 };
 use crate::criterion::Outcome;
@@ -18,6 +18,11 @@ impl SpatialPeriod {
         let over = match self.over {
             PeriodUnit::Groups => "loads",
             PeriodUnit::Recordings => "recordings",
+            PeriodUnit::Harmonics => "harmonics",
+        };
+        let (everywhere, partly) = match self.found_in {
+            FoundIn::Speeds => ("at all speeds", "at some speeds only"),
+            FoundIn::Way => ("along the way", "in the slower or the faster strokes only"),
         };
         let interval = self.interval_m.map_or(String::new(), |[low, high]| {
             format!(
@@ -66,7 +71,7 @@ impl SpatialPeriod {
                 format!("spatial period {number}{groups}{whose}")
             }
             Outcome::NotMet if self.lines.all_stay() => format!(
-                "no spatial period: {} at all speeds, as lines of a machine do",
+                "no spatial period: {} {everywhere}, as lines of a machine do",
                 self.lines.fixed()
             ),
             _ if self.is_confounded_by(PeriodCriterion::Moves)
@@ -101,7 +106,7 @@ impl SpatialPeriod {
                 format!("spatial period not decided: it differs between loads ({groups})")
             }
             Outcome::NotDecided if self.missed_at_a_speed() => format!(
-                "spatial period not decided: its peak stands out of the noise at some speeds only, as a peak at a fixed frequency \
+                "spatial period not decided: its peak stands out of the noise {partly}, as a peak at a fixed frequency \
              does; the candidate is {number}"
             ),
             Outcome::NotDecided if self.may_be_a_harmonic() => {
@@ -118,11 +123,15 @@ impl SpatialPeriod {
                 "spatial period not decided: its lines cannot be told from lines that stay at their frequencies; record at speeds that \
                  differ more; the candidate is {number}"
             ),
+            Outcome::NotDecided if self.is_imprecise() => format!(
+                "spatial period not decided: it is known to less than 2 %; record more than one placement, or longer strokes; the \
+                 candidate is {number}"
+            ),
             Outcome::NotDecided => format!(
                 "spatial period not decided: the shortest stroke covers fewer than 3 periods; the candidate is {number}"
             ),
             Outcome::NotMet => format!(
-                "no spatial period stands out at all speeds; the strongest candidate is {number}"
+                "no spatial period stands out {everywhere}; the strongest candidate is {number}"
             ),
         }
     }

@@ -1,19 +1,23 @@
 //! The spatial period of a surface (or of a fingerprint) from sliding at several speeds: f = v/λ.
 
+mod judged;
 mod moving;
 mod spectra;
+mod travelled;
 
-use crate::compare::CompareWarning;
 use serde::{Deserialize, Serialize};
 
+use judged::Candidate;
 pub use moving::LinesOfSpeeds;
 use moving::{lines_of_speeds, moving_peak, stays};
 
 use crate::criterion::{Criterion, Limit, Outcome};
 use crate::quantity::{Hertz, SampleRate};
 use crate::statistics::{standard_deviation, t_quantile};
-use crate::warning::{Few, FewWarning, Warning};
+use crate::warning::Warning;
 pub(crate) use spectra::lines_of_strokes;
+pub use travelled::{AlongTheWay, WayPeak, WaySpectrum};
+pub(crate) use travelled::{Travelled, along_the_way};
 use spectra::{Spectrum, by_speed, spectrum};
 
 /// One speed: what was recorded while sliding at it.
@@ -48,6 +52,19 @@ pub enum PeriodUnit {
     Groups,
     /// Single recordings of one group.
     Recordings,
+    /// The harmonics of one recording, along the way.
+    Harmonics,
+}
+
+/// Where a period is looked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum FoundIn {
+    /// In the frequencies at several speeds.
+    Speeds,
+    /// Along the way of strokes whose motion was measured; the speeds are the means of the slower and of the faster strokes.
+    Way,
 }
 
 /// The criteria for a spatial period.
@@ -70,6 +87,8 @@ pub enum PeriodCriterion {
     Strongest,
     /// The number of other samples that have the same period, where all have it: it may be the drive's or the finger's.
     OtherSamples,
+    /// The reach of its 95 % interval to one side, as a share, along the way.
+    Reach,
     /// How often it fits into the shortest stroke.
     Cycles,
     /// Its level above the background in the group where it is lowest.
@@ -100,6 +119,8 @@ pub struct GroupPeriod {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct SpatialPeriod {
+    /// Where it was looked for.
+    pub found_in: FoundIn,
     /// The period, m.
     pub period_m: f64,
     /// Whether it is a period: met, not met, or not decided.
@@ -209,6 +230,14 @@ impl SpatialPeriod {
         !own && lines.any(|line| (line / wavenumber - 1.0).abs() <= SAME_PERIOD)
     }
 
+    /// Whether nothing but the width of its interval speaks against it.
+    #[must_use]
+    pub fn is_imprecise(&self) -> bool {
+        let mut criteria = self.criteria.iter();
+        self.leaves_open(PeriodCriterion::Reach)
+            && criteria.all(|c| c.what == PeriodCriterion::Reach || c.outcome == Outcome::Met)
+    }
+
     fn leaves_open(&self, rule: PeriodCriterion) -> bool {
         let mut criteria = self.criteria.iter();
         criteria.any(|c| c.what == rule && c.outcome == Outcome::NotDecided)
@@ -241,6 +270,8 @@ const LEAST_SPEEDS: usize = 2;
 const SAME_PERIOD: f64 = 0.01;
 /// … or by what their intervals reach, but no more than this share.
 const MOST_REACH: f64 = 0.05;
+/// Along the way a period is known to this share, or it is not decided.
+const MOST_WAY_REACH: f64 = 0.02;
 /// Speeds that differ by less than this share are one speed.
 const SAME_SPEED: f64 = 0.01;
 
@@ -273,11 +304,8 @@ const SAME_SPEED: f64 = 0.01;
 pub fn spatial_period(slidings: &[Sliding<'_>], lowest: Hertz) -> Option<SpatialPeriod> {
     let all = by_speed(slidings.iter(), lowest);
     let found = agreed(&all)?;
-    let (wavenumber, prominence_db) = (found.wavenumber, found.prominence_db);
+    let wavenumber = found.wavenumber;
     let spectra = reaching(&all, wavenumber);
-    let peaks: Vec<SpeedPeak> = (spectra.iter())
-        .filter_map(|own| moving_peak(&all, own, wavenumber))
-        .collect();
     let mut names: Vec<&str> = slidings.iter().map(|s| s.group.as_str()).collect();
     names.sort_unstable();
     names.dedup();
@@ -330,136 +358,16 @@ pub fn spatial_period(slidings: &[Sliding<'_>], lowest: Hertz) -> Option<Spatial
             (PeriodUnit::Groups, groups.map(|log| (log, 1.0)).collect())
         }
     };
-    if units.is_empty() {
-        return None;
-    }
-    let (log, interval) = weighted(&units);
-    let period_m = log.exp();
-    let interval_m = interval.map(|interval| interval.map(f64::exp));
-    let shortest_m = spectra.iter().map(|s| s.length_m).fold(f64::MAX, f64::min);
-    let mut criteria = vec![
-        Criterion::new(
-            PeriodCriterion::Prominence,
-            "dB",
-            prominence_db,
-            None,
-            Limit::at_least(noise_db(HIGHEST_OF_MANY, &spectra)),
-        ),
-        Criterion::new(
-            PeriodCriterion::Speeds,
-            "",
-            peaks.len() as f64 / spectra.len() as f64,
-            None,
-            Limit::at_least(1.0),
-        ),
-        Criterion::new(
-            PeriodCriterion::Cycles,
-            "",
-            shortest_m / period_m,
-            None,
-            Limit::AtLeast {
-                met: CYCLES,
-                not_met: 0.0,
-            },
-        ),
-    ];
-    let weakest = spectra
-        .iter()
-        .map(|s| s.found_and_needed_db(wavenumber))
-        .min_by(|a, b| (a.0 - a.1).total_cmp(&(b.0 - b.1)));
-    if let Some((found_db, needed_db)) = weakest {
-        criteria.push(Criterion::new(
-            PeriodCriterion::EverySpeed,
-            "dB",
-            found_db,
-            None,
-            Limit::AtLeast {
-                met: needed_db,
-                not_met: f64::MIN,
-            },
-        ));
-    }
-    criteria.extend(lines.criteria());
-    let open: Vec<f64> = (2..=MULTIPLES)
-        .filter(|m| !is_excluded(&all, wavenumber, *m))
-        .map(|m| m as f64 * period_m)
-        .collect();
-    criteria.push(Criterion::new(
-        PeriodCriterion::Multiples,
-        "",
-        (MULTIPLES - 1 - open.len()) as f64,
-        None,
-        Limit::AtLeast {
-            met: (MULTIPLES - 1) as f64,
-            not_met: f64::MIN,
-        },
-    ));
-    let missing = |group: &&GroupPeriod| group.needed_db - group.prominence_db;
-    let least = groups
-        .iter()
-        .max_by(|a, b| missing(a).total_cmp(&missing(b)));
-    if let Some(least) = least {
-        // A group that does not show it leaves it open.
-        let limit = Limit::AtLeast {
-            met: least.needed_db,
-            not_met: f64::MIN,
-        };
-        let found = least.prominence_db;
-        criteria.push(Criterion::new(
-            PeriodCriterion::EveryGroup,
-            "dB",
-            found,
-            None,
-            limit,
-        ));
-    }
-    let mut found = SpatialPeriod {
-        period_m,
-        outcome: Outcome::of_all(criteria.iter().map(|criterion| criterion.outcome)),
-        interval_m,
-        over,
-        units: units.len(),
-        peaks,
-        prominence_db,
-        speeds_in_reach: spectra.len(),
-        speeds: all.len(),
-        open_multiples_m: open,
-        groups,
+    Candidate {
+        found_in: FoundIn::Speeds,
+        all: &all,
+        agreed: found,
         lines,
-        criteria,
-        lines_1_m: lines_of_all_speeds(&all),
-        warnings: Vec::new(),
-    };
-    if !found.stands_out() {
-        found
-            .warnings
-            .push(Warning::from(CompareWarning::NoCommonPeriod {
-                prominence_db,
-            }));
-    } else if let Some(multiple_m) = found
-        .open_multiples_m
-        .last()
-        .filter(|_| !found.lines.all_stay())
-    {
-        let fastest_m_s = all.iter().map(|s| s.speed_m_s).fold(0.0, f64::max);
-        found
-            .warnings
-            .push(Warning::from(CompareWarning::OpenMultiple {
-                period_m,
-                multiple_m: *multiple_m,
-                needed_hz: fastest_m_s / multiple_m,
-            }));
+        groups,
+        over,
+        units,
     }
-    if interval_m.is_none() {
-        found.warnings.push(Warning::from(FewWarning::Few {
-            found: units.len(),
-            recommended: 3,
-            what: Few::Groups {
-                result: "the spatial period".into(),
-            },
-        }));
-    }
-    Some(found)
+    .judged()
 }
 
 /// Adds to the periods of several samples whether all others have the same, as their period or as lines at all speeds below their own: then it

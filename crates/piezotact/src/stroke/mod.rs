@@ -13,6 +13,7 @@ pub(crate) mod frames;
 mod sliding;
 mod speed;
 mod warning;
+mod way;
 
 use crate::integrity::{ChannelFault, SignalWarning};
 use serde::{Deserialize, Serialize};
@@ -20,7 +21,7 @@ pub use warning::{StrokeWarning, Unusual};
 
 use crate::criterion::Criterion;
 use crate::quantity::{Newtons, SampleRate, Seconds, Unit};
-use crate::recording::{MissingChannel, Recording, RecordingError, RecordingWarning};
+use crate::recording::{MissingChannel, Recording, RecordingError, RecordingWarning, Touch};
 use crate::roles::{Motion, Roles};
 use crate::warning::{Counts, Warning};
 
@@ -29,6 +30,7 @@ pub use cuts::{Cut, Cuts};
 pub use force::{ForceRule, Judging, segment_by_force};
 pub use force_warning::{ForceFault, ForceWarning};
 pub(crate) use speed::stroke_speed_m_s;
+pub(crate) use way::{Way, ways};
 pub use speed::{SpeedRule, segment_by_speed};
 
 /// The signals used for segmentation: slices of equal length at one rate.
@@ -514,7 +516,7 @@ pub struct Expected {
 }
 
 /// The strokes of a recording, in samples, by the rule that its channels allow: by speed if it was measured, otherwise by the
-/// normal force, otherwise the whole recording, with a warning.
+/// normal force, otherwise the whole recording, with a warning. In active touch by the normal force if it was measured, otherwise by speed.
 ///
 /// Source: the protocols of active and passive touch; see [`segment_by_force`] and [`segment_by_speed`].
 ///
@@ -538,9 +540,16 @@ pub fn segment(
         changes
     });
     let signals = Signals::of(recording, &roles)?;
-    let mut segmentation = if signals.motion.is_some() {
-        segment_by_speed(&signals, &SpeedRule::trapezoid(expected))?
-    } else if signals.normal_force_n.is_some() {
+    // A hand has no plateau of the speed.
+    let by_hand = recording.about.condition.touch == Some(Touch::Active);
+    let forces = signals.normal_force_n.is_some();
+    let mut segmentation = if signals.motion.is_some() && !(by_hand && forces) {
+        let rule = match by_hand {
+            true => SpeedRule::hand(expected),
+            false => SpeedRule::trapezoid(expected),
+        };
+        segment_by_speed(&signals, &rule)?
+    } else if forces {
         let rule = ForceRule {
             judging: expected.judging,
             ..ForceRule::active(expected.load_n)

@@ -65,10 +65,21 @@ impl SpeedRule {
             judging: expected.judging,
         }
     }
+
+    /// The rule for a hand that moves freely, where no force was measured to cut by: a stroke of 0.3 s and more at whatever speed.
+    #[must_use]
+    pub fn hand(expected: Expected) -> Self {
+        Self {
+            tolerance_share: HAND,
+            ..Self::trapezoid(expected)
+        }
+    }
 }
 
+/// The speed of a hand is within this share of that of the middle of its stroke.
+const HAND: f64 = 0.6;
 /// Speeds are smoothed over this time unless stated, s.
-const SMOOTHING_S: f64 = 0.02;
+pub(super) const SMOOTHING_S: f64 = 0.02;
 /// A plateau is outside of its tolerance for this share of the time at most.
 pub(super) const MOST_OUTSIDE: f64 = 0.1;
 /// A surface stops below this share of the plateau's speed.

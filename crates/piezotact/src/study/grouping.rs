@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{AnalysedRecording, StudyError, StudySettings};
 use crate::compare::{
-    CommonLine, CompareWarning, LinesOf, Mixed, Periods, Summary, common_lines, lines_in_doubt,
+    AlongTheWay, CommonLine, CompareWarning, LinesOf, Mixed, Periods, Summary, common_lines, lines_in_doubt,
     lines_of_strokes, set_apart, summarise,
 };
 use crate::feature::vibrations;
@@ -189,6 +189,9 @@ pub struct Group {
     /// The class of their sample by the duplex theory; absent where they have several samples, or one of which nothing is known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub duplex: Option<Duplex>,
+    /// What strokes of active touch whose motion was measured say along the way; absent for several samples, and in comparisons.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub way: Option<AlongTheWay>,
 }
 
 /// The analysed recordings of a study, by their places.
@@ -301,6 +304,7 @@ impl<'a> Grouping<'a> {
                 files: takes.iter().map(|take| take.name.clone()).collect(),
                 takes: places,
                 duplex,
+                way: None,
             })
         };
         groups.into_iter().map(group).collect()

@@ -10,6 +10,7 @@ mod grouping;
 mod page;
 mod table;
 mod take;
+mod way;
 mod words;
 
 use std::collections::BTreeMap;
@@ -179,7 +180,8 @@ pub fn analyse_watched(
         Question::Groups(by) => by.unwrap_or_else(|| usual(&takes)),
         Question::Changes { by, .. } => *by,
     };
-    let groups = grouping.groups(by)?;
+    let mut groups = grouping.groups(by)?;
+    way::add(&takes, &mut groups)?;
     let (mut asked, mut discrimination) = (None, None);
     if let Question::Changes { model, .. } = &settings.question {
         let mut across = grouping.required_across(by)?;

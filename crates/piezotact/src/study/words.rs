@@ -215,6 +215,20 @@ impl Group {
         let all: Vec<String> = [duplex, receptors].into_iter().flatten().collect();
         (!all.is_empty()).then(|| format!("{}: {}", self.summary.name, all.join("; ")))
     }
+
+    /// What its strokes say along the way, where the motion was measured.
+    fn along_the_way(&self) -> Option<String> {
+        let way = self.way.as_ref()?;
+        let name = &self.summary.name;
+        Some(match &way.period {
+            Some(period) => format!(
+                "{name}: {}; {}",
+                period.conclusion(),
+                period.lines.likelihoods()
+            ),
+            None => format!("{name}: no line along the way is common to its strokes"),
+        })
+    }
 }
 
 impl StudyAnalysis {
@@ -222,10 +236,12 @@ impl StudyAnalysis {
     #[must_use]
     pub fn conclusions(&self) -> Vec<String> {
         let common = self.common_lines.iter().map(CommonLine::conclusion);
+        let few = self.groups.len() <= GROUPS_FELT;
+        let groups = || self.groups.iter().filter(|_| few);
+        let periods = groups().filter_map(Group::along_the_way);
         let Some(asked) = &self.asked else {
-            let few = self.groups.len() <= GROUPS_FELT;
-            let felt = self.groups.iter().filter(|_| few).filter_map(Group::felt);
-            return felt.chain(common).collect();
+            let felt = groups().filter_map(Group::felt);
+            return felt.chain(periods).chain(common).collect();
         };
         let discrimination = self.discrimination.as_ref();
         let numbered = asked.comparisons.iter().enumerate();
@@ -235,6 +251,7 @@ impl StudyAnalysis {
                 comparison.conclusions(groups)
             })
             .collect();
+        lines.extend(periods);
         lines.extend(discrimination.map(Discrimination::line));
         lines.extend(asked.directions.iter().map(DirectionContrast::conclusion));
         if asked.by == super::Factor::Touch {

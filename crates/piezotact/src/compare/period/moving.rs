@@ -33,7 +33,7 @@ pub struct LinesOfSpeeds {
 const STAYS: f64 = 2.995_732_273_553_991;
 const MOVES: f64 = 1.098_612_288_668_109_8;
 /// Lines of all speeds together move when that is 100 times as likely, and those of two speeds or more do: logarithm.
-const ALL_MOVE: f64 = 4.605_170_185_988_092;
+pub(super) const ALL_MOVE: f64 = 4.605_170_185_988_092;
 /// The level of a line that stays differs so far between speeds, since the contact does, dB.
 const LINE_SPREAD_DB: f64 = 6.0;
 /// The level beside a line differs so far from noise of the same level everywhere, dB.
@@ -225,7 +225,7 @@ fn likelihoods(
 }
 
 /// The logarithm of the normal density of a `difference` from the mean.
-fn log_normal(difference: f64, variance: f64) -> f64 {
+pub(super) fn log_normal(difference: f64, variance: f64) -> f64 {
     -0.5 * (difference.powi(2) / variance + (std::f64::consts::TAU * variance).ln())
 }
 

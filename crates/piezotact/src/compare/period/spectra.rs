@@ -132,6 +132,15 @@ impl Spectrum {
 }
 
 pub(super) fn spectrum(sliding: &Sliding<'_>, lowest: Hertz) -> Option<Spectrum> {
+    spectrum_up_to(sliding, lowest, sliding.rate.nyquist())
+}
+
+/// As [`spectrum`], of stretches that hold nothing from `highest` on.
+pub(super) fn spectrum_up_to(
+    sliding: &Sliding<'_>,
+    lowest: Hertz,
+    highest: Hertz,
+) -> Option<Spectrum> {
     let Sliding {
         speed_m_s,
         rate,
@@ -173,7 +182,7 @@ pub(super) fn spectrum(sliding: &Sliding<'_>, lowest: Hertz) -> Option<Spectrum>
     }
     // Below one and a half periods in a stretch nothing can be told.
     let low_hz = (1.5 * rate.hz() / longest as f64).max(lowest.0);
-    let high_hz = 0.95 * rate.nyquist().0;
+    let high_hz = 0.95 * highest.0;
     if low_hz * STEP >= high_hz {
         return None;
     }

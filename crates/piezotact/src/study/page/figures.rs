@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::compare::{RoughnessTrend, SpatialPeriod, Summary};
+use crate::compare::{RoughnessTrend, SpatialPeriod, Summary, WaySpectrum};
 use crate::criterion::Outcome;
 use crate::feature::{Analysis, Statistics, StrokeSpectra};
 use crate::figure::{Axis, Chart, Figure, Line, MOST_POINTS, Mark, Panels, Scale, Tone, extremes};
@@ -283,6 +283,25 @@ pub(super) fn psds(groups: &[&Summary], axes: &SpectralAxes) -> Chart {
         })
         .collect();
     Chart::new(axes.frequency.clone(), axes.density.clone(), lines)
+}
+
+/// The mean PSDs of groups along the way, one line each.
+pub(super) fn along_the_way(groups: &[(&str, &WaySpectrum)]) -> Chart {
+    let colours = Tone::several(groups.len());
+    let each = groups.iter().zip(colours);
+    let lines: Vec<Line> = each
+        .map(|((name, spectrum), colour)| {
+            let per_mm = spectrum.wavenumber_1_m.iter().map(|k| k * 1e-3);
+            let points = per_mm.zip(spectrum.mean.iter().copied());
+            Line::new(*name, colour, points.filter(|(k, _)| *k > 0.0).collect())
+        })
+        .collect();
+    let ends = || lines.iter().flat_map(|line| &line.points).map(|(k, _)| *k);
+    let low = ends().fold(f64::MAX, f64::min);
+    let x = Axis::log("wavenumber, 1/mm", low, ends().fold(low, f64::max));
+    let unit = groups.first().map_or("", |(_, spectrum)| &spectrum.unit);
+    let y = density_axis(format!("PSD, {unit}"), &x, &lines);
+    Chart::new(x, y, lines)
 }
 
 /// A power law of Ra in µm, within both axes.

@@ -5,6 +5,7 @@ mod cuts;
 mod figures;
 mod groups;
 mod touching;
+mod way;
 
 use figures::{Courses, Sets, SpectralAxes, Spread};
 
@@ -64,6 +65,7 @@ impl StudyAnalysis {
             (String::new(), self.concluded()),
             ("Groups".into(), groups::blocks(self)),
             ("Spectra of the groups".into(), self.spectra()),
+            ("Along the way".into(), way::blocks(&self.groups)),
             (
                 "Distinguishable samples".into(),
                 discrimination.map_or_else(Vec::new, apart::blocks),
