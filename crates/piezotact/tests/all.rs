@@ -2,6 +2,7 @@
 
 mod agreement;
 mod align;
+mod along_the_way;
 mod clocks;
 mod conjugate_trap;
 mod correct;

@@ -124,7 +124,7 @@ impl SpatialPeriod {
                  differ more; the candidate is {number}"
             ),
             Outcome::NotDecided if self.is_imprecise() => format!(
-                "spatial period not decided: it is known to less than 2 %; record more than one placement, or longer strokes; the \
+                "spatial period not decided: its interval reaches further than 2 %; record the surface again, or longer strokes; the \
                  candidate is {number}"
             ),
             Outcome::NotDecided => format!(
