@@ -21,6 +21,8 @@ const BASELINE_SHARE: f64 = 0.1;
 /// A force that fluctuates by this share of the contact threshold where it is quietest is smoothed over this time, s.
 const NOISY: f64 = 0.25;
 pub(super) const HUM_SMOOTHING_S: f64 = 0.04;
+/// A finger lands and leaves within twice this time, s.
+const EDGE_S: f64 = 0.1;
 /// One of two sides vibrates clearly more from this ratio on, and from the second one where the force changes by less than half of its distance
 /// from zero; each needs so many looks.
 const CLEARLY: f64 = 1.5;
@@ -101,8 +103,57 @@ pub(super) fn above_rest(frames: Frames, smooth_n: Vec<f64>, on_n: f64) -> Optio
     let between = |n: &&f64| **n > rest_n + quarter && **n < held_n - quarter;
     let wanders = smooth_n.iter().filter(between).count() as f64 > WANDERS * smooth_n.len() as f64;
     let is_loaded = rest_n > 0.5 * held_n && wanders;
-    (held_n - rest_n > on_n && !is_loaded)
-        .then(|| above(frames, smooth_n, Polyline(vec![(0, rest_n)]), on_n))
+    (held_n - rest_n > on_n && !is_loaded).then(|| {
+        let drift = drift_between_lifts(frames, &smooth_n, on_n);
+        let zero = drift.unwrap_or_else(|| Polyline(vec![(0, rest_n)]));
+        above(frames, smooth_n, zero, on_n)
+    })
+}
+
+/// The zero through the lifts that begin with a fast fall of the force and end with a fast rise, whatever their level; `None` where they are within
+/// the level of a lift, or too far from each other for a drift: a load that steps is no lift.
+fn drift_between_lifts(frames: Frames, smooth_n: &[f64], on_n: f64) -> Option<Polyline> {
+    let reach = frames.in_time(EDGE_S);
+    let edges_n: Vec<f64> = (smooth_n.iter().zip(smooth_n.iter().skip(2 * reach)))
+        .map(|(before, after)| after - before)
+        .collect();
+    let steps: Vec<f64> = edges_n.iter().map(|step| step.abs()).collect();
+    let least_n = (0.5 * quantile(&steps, 0.995)).max(on_n);
+    // Where the force has risen and where it has fallen.
+    let mut edges: Vec<(usize, bool)> = Vec::new();
+    for rises in [true, false] {
+        let signed = edges_n.iter().map(|step| if rises { *step } else { -step });
+        let found = events(signed, least_n, 0.5 * least_n);
+        edges.extend(found.iter().map(|(from, to)| ((from + to) / 2 + reach, rises)));
+    }
+    edges.sort_unstable();
+    let mut touches: Vec<(usize, usize)> = Vec::new();
+    let mut touching = edges.first().is_some_and(|(_, rises)| !rises).then_some(0);
+    for (at, rises) in edges {
+        match (touching, rises) {
+            (None, true) => touching = Some(at),
+            (Some(from), false) => {
+                touches.push((from, at));
+                touching = None;
+            }
+            _ => return None,
+        }
+    }
+    touches.extend(touching.map(|from| (from, smooth_n.len())));
+    let lifts = lifts(frames, smooth_n.len(), &touches);
+    let medians = lifts.iter().map(|(from, to)| {
+        let level_n = quantile(&smooth_n[*from..*to], 0.5);
+        ((from + to) / 2, level_n)
+    });
+    let medians: Vec<(usize, f64)> = medians.collect();
+    let almost_n = FIRST_OFF_SHARE * on_n;
+    let drifts = medians.windows(2).all(|pair| {
+        let apart_s = frames.seconds(pair[1].0 - pair[0].0);
+        (pair[1].1 - pair[0].1).abs() <= DRIFT_N_PER_S * apart_s + almost_n
+    });
+    let zero = Polyline(medians);
+    let (low_n, high_n) = zero.range();
+    (drifts && high_n - low_n > almost_n).then_some(zero)
 }
 
 fn above(frames: Frames, smooth_n: Vec<f64>, envelope: Polyline, on_n: f64) -> Force {
@@ -436,6 +487,39 @@ mod tests {
             assert!((*start as f64 / 500.0 - from).abs() < 0.02, "{touches:?}");
             assert!((*end as f64 / 500.0 - to).abs() < 0.02, "{touches:?}");
         }
+    }
+
+    /// A finger that is lifted at the start and the end alone, or now and then, on a zero that drifts beyond the threshold, either way: the level in
+    /// contact is the load. A load that steps is no drift.
+    #[test]
+    fn a_rest_that_drifts_is_followed_from_lift_to_lift() {
+        for drift in [-0.01, -0.004, 0.0, 0.004, 0.01] {
+            for lifts_s in [&[0.0, 21.0][..], &[0.0, 7.0, 14.0, 21.0]] {
+                let force: Vec<f64> = (0..11_500)
+                    .map(|i| {
+                        let t = f64::from(i) / 500.0;
+                        let lifted = lifts_s.iter().any(|from| t >= *from && t < from + 2.0);
+                        (if lifted { 0.0 } else { 0.5 }) + drift * t
+                    })
+                    .collect();
+                let found = above_rest(FRAMES, smoothed(&force, 5), 0.05).unwrap();
+                let touches = events(found.level_n.iter().copied(), 0.05, 0.025);
+                assert_eq!(touches.len(), lifts_s.len() - 1, "{drift} {lifts_s:?}");
+                for (from, to) in touches {
+                    let level_n = quantile(&found.level_n[from..to], 0.5);
+                    assert!((level_n - 0.5).abs() < 0.003, "{drift} {level_n}");
+                }
+            }
+        }
+        let stepped: Vec<f64> = (0..11_500)
+            .map(|i| match f64::from(i) / 500.0 {
+                t if !(2.0..21.0).contains(&t) => 0.0,
+                t if t < 10.0 => 1.0,
+                _ => 0.4,
+            })
+            .collect();
+        let found = above_rest(FRAMES, smoothed(&stepped, 5), 0.05).unwrap();
+        assert!((quantile(&found.level_n[6_000..9_000], 0.5) - 0.4).abs() < 0.003);
     }
 
     #[test]
