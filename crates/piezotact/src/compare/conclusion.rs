@@ -119,6 +119,13 @@ impl SpatialPeriod {
                     multiples.join(" and ")
                 )
             }
+            _ if self.is_confounded_by(PeriodCriterion::Moves) && self.lines.moving_speeds > 0 => {
+                format!(
+                    "spatial period not decided: its lines are known to move at one of {} speeds only; record at more speeds, of which none is a \
+                     multiple of another; the candidate is {number}",
+                    self.lines.telling_speeds
+                )
+            }
             _ if self.is_confounded_by(PeriodCriterion::Moves) => format!(
                 "spatial period not decided: its lines cannot be told from lines that stay at their frequencies; record at speeds that \
                  differ more; the candidate is {number}"

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::grouping::{Grouping, Setting, differ_in, left_out};
+use super::way::travelled_of;
 use super::{AnalysedRecording, Factor, Group, StudyError};
 use crate::compare::{
     AcrossSamples, ActivePassive, CompareWarning, Confounder, Contacts, DirectionContrast,
@@ -15,7 +16,7 @@ use crate::compare::{
 };
 use crate::criterion::Outcome;
 use crate::discrimination::Model;
-use crate::feature::vibrations;
+use crate::feature::{Vibrations, vibrations};
 use crate::quantity::{Band, Hertz};
 use crate::recording::Touch;
 use crate::statistics::{Direction, LogFit, RankCorrelation};
@@ -418,23 +419,21 @@ impl Grouping<'_> {
                 }
             }
         }
-        let parts: Vec<_> = slidings
-            .iter()
-            .map(|(take, speed_m_s, vibrations)| Sliding {
+        let even: Vec<Option<Vec<Vec<f64>>>> = (slidings.iter())
+            .map(|(take, speed_m_s, vibrations)| evenly(take, vibrations, *speed_m_s))
+            .collect();
+        let parts: Vec<_> = (slidings.iter().zip(&even))
+            .map(|((take, speed_m_s, vibrations), even)| Sliding {
                 group: take
                     .condition()
                     .load_n
                     .map_or("load not stated".to_owned(), |load| load.to_string()),
                 speed_m_s: *speed_m_s,
                 rate: take.recording.rate(),
-                stretches: vibrations
-                    .channels
-                    .iter()
-                    .flat_map(|channel| {
-                        let strokes = take.segmentation.strokes.iter();
-                        strokes.map(|s| s.steady.of(channel.as_slice()))
-                    })
-                    .collect(),
+                stretches: match even {
+                    Some(even) => even.iter().map(Vec::as_slice).collect(),
+                    None => stretches(take, vibrations),
+                },
             })
             .collect();
         let filtered = groups.iter().flat_map(|group| &group.takes);
@@ -542,6 +541,33 @@ impl Grouping<'_> {
             found,
         })
     }
+}
+
+/// Every stroke of every channel.
+fn stretches<'v>(take: &AnalysedRecording, vibrations: &'v Vibrations) -> Vec<&'v [f64]> {
+    let channels = vibrations.channels.iter();
+    let of = |channel: &'v Vec<f64>| {
+        let strokes = take.segmentation.strokes.iter();
+        strokes.map(|s| s.steady.of(channel.as_slice()))
+    };
+    channels.flat_map(of).collect()
+}
+
+/// The same as at one speed, by the measured motion; `None` where the motion was not measured, or is steady.
+fn evenly(
+    take: &AnalysedRecording,
+    vibrations: &Vibrations,
+    speed_m_s: f64,
+) -> Option<Vec<Vec<f64>>> {
+    let rate = take.recording.rate();
+    let parts = travelled_of(0, take, vibrations);
+    let even: Vec<_> = parts.iter().map(|part| part.at_speed(rate, speed_m_s)).collect();
+    let any = even.iter().any(Option::is_some);
+    any.then(|| {
+        let each = even.into_iter().zip(&parts);
+        let each = each.map(|(even, part)| even.unwrap_or_else(|| part.samples()));
+        each.flatten().collect()
+    })
 }
 
 /// Why a recording has no strokes, where that is known.

@@ -189,7 +189,7 @@ pub struct Group {
     /// The class of their sample by the duplex theory; absent where they have several samples, or one of which nothing is known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub duplex: Option<Duplex>,
-    /// What strokes of active touch whose motion was measured say along the way; absent for several samples, and in comparisons.
+    /// What strokes of several speeds whose motion was measured say along the way; absent for several samples, and in comparisons.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub way: Option<AlongTheWay>,
 }

@@ -5,9 +5,12 @@ use crate::compare::{SpatialPeriod, Travelled, along_the_way, compare_periods};
 use crate::feature::{Vibrations, vibrations};
 use crate::quantity::Hertz;
 use crate::recording::Touch;
-use crate::stroke::{Signals, ways};
+use crate::stroke::{Signals, Way, ways};
 
-/// Adds to groups of one sample in active touch what their strokes say along the way, where the motion was measured.
+/// Strokes whose speeds differ by more than this share say more along the way than in time.
+const UNEVEN: f64 = 0.1;
+
+/// Adds to groups of one sample what their strokes say along the way, where the motion was measured and no machine held it at one speed.
 pub(super) fn add(takes: &[AnalysedRecording], groups: &mut [Group]) -> Result<(), StudyError> {
     for group in &mut *groups {
         let sample = |place: &usize| &takes[*place].condition().sample;
@@ -18,11 +21,11 @@ pub(super) fn add(takes: &[AnalysedRecording], groups: &mut [Group]) -> Result<(
         }
         let moved: Vec<&AnalysedRecording> = (group.takes.iter())
             .map(|place| &takes[*place])
-            .filter(|take| {
-                let by_hand = take.condition().touch == Some(Touch::Active);
-                by_hand && take.segmentation.roles.motion.is_some()
-            })
+            .filter(|take| take.segmentation.roles.motion.is_some())
             .collect();
+        if !are_uneven(&moved) {
+            continue;
+        }
         let vibrations = moved.iter().map(|take| filtered(take));
         let vibrations: Vec<Vibrations> = vibrations.collect::<Result<_, _>>()?;
         let (Some(first), Some(unit)) = (moved.first(), vibrations.first()) else {
@@ -33,22 +36,7 @@ pub(super) fn add(takes: &[AnalysedRecording], groups: &mut [Group]) -> Result<(
         let numbered = moved.iter().zip(&vibrations).enumerate();
         let parts: Vec<Travelled<'_>> = numbered
             .filter(|(_, (take, _))| take.recording.rate() == rate)
-            .flat_map(|(recording, (take, vibrations))| {
-                let signals = Signals::of(&take.recording, &take.segmentation.roles);
-                let strokes = take.segmentation.strokes.iter();
-                let ways = signals.into_iter().flat_map(move |signals| {
-                    let strokes = strokes.clone();
-                    let ways = strokes.flat_map(|stroke| ways(&signals, stroke.steady));
-                    ways.collect::<Vec<_>>()
-                });
-                ways.map(move |way| Travelled {
-                    recording,
-                    vibration: (vibrations.channels.iter())
-                        .map(|channel| way.part.of(channel.as_slice()))
-                        .collect(),
-                    way,
-                })
-            })
+            .flat_map(|(recording, (take, vibrations))| travelled_of(recording, take, vibrations))
             .collect();
         group.way = along_the_way(&parts, rate, lowest.unwrap_or(Hertz(0.0)), &unit.unit);
     }
@@ -65,6 +53,40 @@ pub(super) fn add(takes: &[AnalysedRecording], groups: &mut [Group]) -> Result<(
         compare_periods(&mut periods);
     }
     Ok(())
+}
+
+/// The parts of the strokes of a recording that move one way; none where the motion was not measured.
+pub(super) fn travelled_of<'v>(
+    recording: usize,
+    take: &AnalysedRecording,
+    vibrations: &'v Vibrations,
+) -> Vec<Travelled<'v>> {
+    let Ok(signals) = Signals::of(&take.recording, &take.segmentation.roles) else {
+        return Vec::new();
+    };
+    let strokes = take.segmentation.strokes.iter();
+    let ways = strokes.flat_map(|stroke| ways(&signals, stroke.steady));
+    let part = |way: Way| Travelled {
+        recording,
+        vibration: (vibrations.channels.iter())
+            .map(|channel| way.part.of(channel.as_slice()))
+            .collect(),
+        way,
+    };
+    ways.map(part).collect()
+}
+
+/// Whether a hand moved, or strokes differ in speed.
+fn are_uneven(takes: &[&AnalysedRecording]) -> bool {
+    let mut by_hand = takes.iter();
+    if by_hand.any(|take| take.condition().touch == Some(Touch::Active)) {
+        return true;
+    }
+    let analyses = takes.iter().filter_map(|take| take.analysis.as_ref());
+    let strokes = analyses.flat_map(|analysis| &analysis.strokes);
+    let speeds = strokes.filter_map(|stroke| Some(stroke.speed_m_s?.mean));
+    let (low, high) = speeds.fold((f64::MAX, 0.0f64), |(low, high), v| (low.min(v), high.max(v)));
+    high > (1.0 + UNEVEN) * low
 }
 
 fn filtered(take: &AnalysedRecording) -> Result<Vibrations, StudyError> {

@@ -8,6 +8,7 @@ use crate::compare::{
     CommonLine, Confounder, DirectionContrast, FrictionChange, Groups, friction_conclusion,
     unless_confounded,
 };
+use crate::criterion::Outcome;
 use crate::number::digits;
 use crate::statistics::RankCorrelation;
 use crate::stroke::{Judging, Rule};
@@ -218,16 +219,13 @@ impl Group {
 
     /// What its strokes say along the way, where the motion was measured.
     fn along_the_way(&self) -> Option<String> {
-        let way = self.way.as_ref()?;
-        let name = &self.summary.name;
-        Some(match &way.period {
-            Some(period) => format!(
-                "{name}: {}; {}",
-                period.conclusion(),
-                period.lines.likelihoods()
-            ),
-            None => format!("{name}: no line along the way is common to its strokes"),
-        })
+        let period = self.way.as_ref()?.period.as_ref();
+        let found = period.filter(|period| period.outcome != Outcome::NotMet);
+        let said = found.map_or_else(
+            || "no spatial period stands out along the way".to_owned(),
+            |period| format!("{}; {}", period.conclusion(), period.lines.likelihoods()),
+        );
+        Some(format!("{}: {said}", self.summary.name))
     }
 }
 

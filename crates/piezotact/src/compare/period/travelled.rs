@@ -71,6 +71,8 @@ const TOOTH: f64 = 0.06;
 const BETWEEN: f64 = 0.3;
 /// Harmonics up to this one are looked for.
 const HARMONICS: u32 = 12;
+/// A speed that changes by no more than this share is constant.
+const STEADY: f64 = 0.03;
 /// How far the level of a line is from what a tone has, dB: its amplitude changes along the stroke.
 const TONE_SPREAD_DB: f64 = 3.0;
 /// Frequencies around the line that a tone may have, of each bin of a transform of twice the length.
@@ -220,6 +222,17 @@ fn period(parts: &[&Travelled<'_>], even: &Even) -> Option<SpatialPeriod> {
 }
 
 impl Travelled<'_> {
+    /// Every channel as at a constant speed, where that of the stroke changes; `None` where it does not.
+    pub(crate) fn at_speed(&self, rate: SampleRate, speed_m_s: f64) -> Option<Vec<Vec<f64>>> {
+        let changes = self.way.fastest_m_s > (1.0 + STEADY) * self.way.slowest_m_s;
+        changes.then(|| self.every(speed_m_s / rate.hz()))
+    }
+
+    /// Every channel as it was recorded.
+    pub(crate) fn samples(&self) -> Vec<Vec<f64>> {
+        self.vibration.iter().map(|channel| channel.to_vec()).collect()
+    }
+
     /// Every channel at ways `step_m` apart, by a cubic through the four samples around.
     fn every(&self, step_m: f64) -> Vec<Vec<f64>> {
         let way_m = &self.way.way_m;

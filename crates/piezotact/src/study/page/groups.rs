@@ -125,7 +125,7 @@ fn usual(groups: &[Placed<'_>]) -> Table {
             of(|s| Some(s.centroid_hz), 1.0),
         ),
         Shown::new("highest peak, Hz", "highest_peak_hz", |s| {
-            number(s.peaks.first().map(|peak| peak.frequency_hz))
+            number(s.highest_peak_hz())
         }),
     ];
     table(groups, shown)
