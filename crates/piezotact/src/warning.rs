@@ -23,7 +23,7 @@ pub use few::{Few, FewWarning};
 pub use list::Warnings;
 pub(crate) use list::not_found_again;
 pub use merged::{Merged, Range, merged, merged_of, serialize_merged};
-pub use scatter::{Scatter, ScatterWarning};
+pub use scatter::{OverStrokes, Scatter, ScatterWarning};
 
 /// One thing that a person should know before relying on a result.
 #[derive(Clone, Debug, Serialize)]

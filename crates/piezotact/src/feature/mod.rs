@@ -2,6 +2,7 @@
 
 mod forces;
 mod low;
+mod over_strokes;
 mod peaks;
 mod plan;
 mod rest;
@@ -390,6 +391,7 @@ pub fn analyse(
         strokes.push(features);
         psds.push(psd);
     }
+    warnings.extend(over_strokes::warnings(&strokes));
     let resolution_hz = signals.rate.hz() / config.welch.segment as f64;
     let hop = config.welch.hop()?;
     let segments: usize = segmentation

@@ -27,6 +27,16 @@ pub enum Scatter {
         percent(*share)
     )]
     Strokes { group: String, share: f64 },
+    /// Strokes of a recording, in their order.
+    #[error(
+        "{what} from the first to the last third of the strokes of a recording{}",
+        if *after > 0 { format!(", at once after stroke {after}") } else { String::new() }
+    )]
+    OverStrokes {
+        what: OverStrokes,
+        /// The number of strokes before a step; 0 where the change is gradual.
+        after: usize,
+    },
     /// Repeats of one measurement.
     #[error(
         "repeats differ by up to {db_rms:.1} dB rms: the finger moved or its force changed, or a repeat is from another participant"
@@ -86,10 +96,25 @@ pub enum Scatter {
     Parts,
 }
 
+/// What follows the order of strokes.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[serde(rename_all = "snake_case")]
+pub enum OverStrokes {
+    /// The level.
+    #[error("the level of the vibration changes by {} dB", crate::number::signed(*change_db, 1))]
+    Level { change_db: f64 },
+    /// The coefficient of friction.
+    #[error("the coefficient of friction changes by {} %", crate::number::signed(100.0 * share, 0))]
+    Friction { share: f64 },
+}
+
 impl Scatter {
     /// What a person can do.
     fn advice(&self) -> &'static str {
         match self {
+            Self::OverStrokes { .. } => {
+                "check whether the sensor came loose, or the skin, the force or the speed changed"
+            }
             Self::Strokes { .. } => "check whether the sensor is loose or the conditions differ",
             Self::Repeats { .. } => "measure again",
             Self::RepeatsOfParticipant { .. } | Self::Participant { .. } => {
