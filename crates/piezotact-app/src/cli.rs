@@ -14,6 +14,7 @@ use clap::{Args, Parser};
 use piezotact::filter::HighPass;
 use piezotact::quantity::{Band, Hertz, Measure};
 use piezotact::spectrum::Window;
+use piezotact::study::Factor;
 use piezotact_dataset::{NamePattern, recording_formats, transfer_formats};
 
 pub(crate) use device::{
@@ -99,22 +100,41 @@ pub(crate) enum TouchName {
 }
 
 /// What recordings are grouped by.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub(crate) enum Factor {
-    /// The surface sample.
-    Sample,
-    /// The sliding speed.
-    Speed,
-    /// The participant.
-    Participant,
-    /// Active or passive touch.
-    Touch,
-    /// The nominal normal force.
-    Load,
-    /// The direction of sliding: proximal, distal, transversal, circular.
-    Direction,
-    /// Each recording separately.
-    File,
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum By {
+    /// A condition.
+    Condition(Factor),
+    /// A label of the recordings.
+    Label(String),
+}
+
+impl By {
+    pub(crate) fn factor(&self) -> Factor {
+        match self {
+            Self::Condition(factor) => *factor,
+            Self::Label(_) => Factor::Label,
+        }
+    }
+}
+
+/// The conditions that recordings are grouped by.
+pub(crate) const CONDITIONS: [Factor; 7] = [
+    Factor::Sample,
+    Factor::Speed,
+    Factor::Participant,
+    Factor::Touch,
+    Factor::Load,
+    Factor::Direction,
+    Factor::File,
+];
+
+fn by(text: &str) -> Result<By, String> {
+    let known = CONDITIONS.into_iter().find(|factor| factor.word() == text);
+    match known {
+        Some(factor) => Ok(By::Condition(factor)),
+        None if text.trim().is_empty() => Err("expected a condition or the name of a label".into()),
+        None => Ok(By::Label(text.into())),
+    }
 }
 
 /// How features are computed.
@@ -159,9 +179,10 @@ fn gesture_filter(text: &str) -> Result<GestureFilter, String> {
 pub(crate) struct Strokes {
     #[command(flatten)]
     pub(crate) takes: Takes,
-    /// The grouping for the averages; default: by sample if all recordings name one, otherwise by file.
-    #[arg(long, value_enum)]
-    pub(crate) by: Option<Factor>,
+    /// The grouping for the averages: sample, speed, participant, touch, load, direction, file, or a label of the recordings, such as a field of
+    /// --meta. Default: by sample if all recordings name one, otherwise by file.
+    #[arg(long, value_name = "FACTOR|LABEL", value_parser = by)]
+    pub(crate) by: Option<By>,
     /// Cuts and lists the strokes and the rejected parts, with the reasons, and computes no features.
     #[arg(long, conflicts_with_all = ["by", "high_pass", "segment", "ridge", "set"])]
     pub(crate) cuts_only: bool,
@@ -176,9 +197,9 @@ pub(crate) struct Strokes {
 pub(crate) struct Compare {
     #[command(flatten)]
     pub(crate) takes: Takes,
-    /// The factor that is compared.
-    #[arg(long, value_enum)]
-    pub(crate) by: Factor,
+    /// What is compared: sample, speed, participant, touch, load, direction, file, or a label of the recordings, such as a field of --meta.
+    #[arg(long, value_name = "FACTOR|LABEL", value_parser = by)]
+    pub(crate) by: By,
     #[command(flatten)]
     pub(crate) feeling: Feeling,
     #[command(flatten)]

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
 use crate::known_cuts::{Kind, RATE_HZ, Random, recorded};
-use piezotact::compare::{CompareWarning, ContrastUnit, DirectionContrast, Mixed};
+use piezotact::compare::{CompareWarning, ContrastUnit, Contrast, Mixed};
 use piezotact::discrimination::Model;
 use piezotact::document::Document;
 use piezotact::page::Shown as _;
@@ -10,7 +10,7 @@ use piezotact::quantity::{Band, Hertz, Newtons, SampleRate, Unit};
 use piezotact::recording::{Channel, Condition, Provenance, Recording, SlidingDirection, Touch};
 use piezotact::study::{
     AnalysedRecording, Breadth, ComparisonDocument, Factor, Gesture, Naming, Question, Recorded,
-    Stated, StudyAnalysis, StudyError, StudySettings, Trend, analyse, cut,
+    Stated, StudyAnalysis, StudyError, StudySettings, Trend, analyse, cut, label_by,
 };
 
 /// A recording to be made: how loud it is re the others, and by what factor it presses harder.
@@ -84,9 +84,9 @@ fn taken(made: &Made) -> AnalysedRecording {
     cut(recorded, &Stated::nothing()).unwrap()
 }
 
-fn compared(made: &[Made], by: Factor) -> Result<StudyAnalysis, StudyError> {
+fn settings(by: Factor) -> StudySettings {
     let band = Band::new(Hertz(20.0), Hertz(1000.0)).unwrap();
-    let settings = StudySettings {
+    StudySettings {
         gesture: Gesture::Usual,
         segment: None,
         sets: Vec::new(),
@@ -97,8 +97,11 @@ fn compared(made: &[Made], by: Factor) -> Result<StudyAnalysis, StudyError> {
             model: Model::over(band),
         },
         breadth: Breadth::Question,
-    };
-    analyse(made.iter().map(taken).collect(), &settings)
+    }
+}
+
+fn compared(made: &[Made], by: Factor) -> Result<StudyAnalysis, StudyError> {
+    analyse(made.iter().map(taken).collect(), &settings(by))
 }
 
 fn warnings(study: &StudyAnalysis) -> Vec<CompareWarning> {
@@ -123,7 +126,7 @@ fn directions(samples: &[&str], gain: f64) -> Vec<Made> {
         .collect()
 }
 
-fn contrast(study: &StudyAnalysis) -> &DirectionContrast {
+fn contrast(study: &StudyAnalysis) -> &Contrast {
     let [contrast] = study.contrasts(Factor::Direction) else {
         panic!("{:?}", study.contrasts(Factor::Direction));
     };
@@ -138,7 +141,7 @@ fn directions_differ_where_several_settings_show_it() {
     assert_eq!(study.comparisons().len(), 4);
     let found = contrast(&study);
     assert_eq!(
-        (found.direction.as_str(), found.reference.as_str()),
+        (found.value.as_str(), found.reference.as_str()),
         ("transversal", "proximal")
     );
     let level = found.level.as_ref().unwrap();
@@ -162,9 +165,9 @@ fn directions_differ_where_several_settings_show_it() {
     );
     let document = serde_json::to_value(Document::of(&ComparisonDocument::of(&alone))).unwrap();
     assert_eq!(document["by"], "direction");
-    assert_eq!(document["directions"][0]["direction"], "proximal");
-    assert_eq!(document["direction_contrasts"][0]["settings"], 1);
-    assert!(document["direction_contrasts"][0].get("level").is_none());
+    assert_eq!(document["values"][0]["value"], "proximal");
+    assert_eq!(document["contrasts"][0]["settings"], 1);
+    assert!(document["contrasts"][0].get("level").is_none());
 }
 
 /// Strokes with stick-slip are counted for each direction, and enter no level.
@@ -173,10 +176,10 @@ fn stick_slip_is_counted() {
     let mut all = directions(&["S1"], 1.0);
     all[0].kinds = [[Kind::StickSlip; 3], [Kind::Plain; 3]].concat();
     let study = compared(&all, Factor::Direction).unwrap();
-    let Trend::Directions(trend) = &study.comparisons()[0].trend else {
+    let Trend::Values(trend) = &study.comparisons()[0].trend else {
         panic!("directions are compared");
     };
-    let [proximal, transversal] = trend.directions.as_slice() else {
+    let [proximal, transversal] = trend.values.as_slice() else {
         panic!("{trend:?}");
     };
     assert_eq!(
@@ -206,10 +209,10 @@ fn stick_slip_is_counted() {
     other.kinds = vec![Kind::StickSlip; 4];
     all.extend([circular, other]);
     let study = compared(&all, Factor::Direction).unwrap();
-    let Trend::Directions(trend) = &study.comparisons()[0].trend else {
+    let Trend::Values(trend) = &study.comparisons()[0].trend else {
         panic!("directions are compared");
     };
-    let [_, _, circular] = trend.directions.as_slice() else {
+    let [_, _, circular] = trend.values.as_slice() else {
         panic!("{trend:?}");
     };
     assert_eq!(circular.level_difference_db, None);
@@ -439,6 +442,75 @@ fn people(people: &[(&str, f64)]) -> Vec<Made> {
             .flat_map(move |sample| SLID.map(|direction| one(who, sample, direction)))
     });
     all.collect()
+}
+
+/// Any label is compared as a direction is: by setting, or over people. A label that a recording lacks is named, with those that there are.
+#[test]
+fn a_label_is_compared_over_people() {
+    let of = |gains: &[(&str, f64)]| -> Vec<AnalysedRecording> {
+        let takes = people(gains).into_iter().map(|mut made| {
+            let wet = made.condition.direction == Some(SlidingDirection::Transversal);
+            made.condition.direction = None;
+            let mut taken = taken(&made);
+            let skin = if wet { "wet" } else { "dry" };
+            taken.labels.insert("skin".into(), skin.into());
+            taken
+        });
+        takes.collect()
+    };
+    let all = [("P1", 0.5), ("P2", 0.55), ("P3", 0.45), ("P4", 0.52)];
+    let mut takes = of(&all);
+    label_by(&mut takes, "skin").unwrap();
+    let study = analyse(takes, &settings(Factor::Label)).unwrap();
+    let said = study.conclusions().join("; ");
+    assert!(said.contains("wet has a lower level than dry"), "{said}");
+    let [found] = study.contrasts(Factor::Label) else {
+        panic!("{:?}", study.contrasts(Factor::Label));
+    };
+    assert_eq!((found.over, found.units), (ContrastUnit::Participants, 4));
+    // People who do not agree, and equal ones, show nothing.
+    for gains in [[0.3, 1.1, 1.6, 0.8], [1.0; 4]] {
+        let people: Vec<(&str, f64)> = ["P1", "P2", "P3", "P4"].into_iter().zip(gains).collect();
+        let mut takes = of(&people);
+        label_by(&mut takes, "skin").unwrap();
+        let study = analyse(takes, &settings(Factor::Label)).unwrap();
+        let said = study.contrasts(Factor::Label)[0].conclusion();
+        assert!(said.contains("no difference in level shown"), "{said}");
+    }
+    let mut takes = of(&all);
+    takes[3].labels.clear();
+    let name = takes[3].name.clone();
+    assert_eq!(
+        label_by(&mut takes, "skin"),
+        Err(StudyError::Label {
+            name: "skin".into(),
+            recording: name,
+            known: vec!["skin".into()],
+        })
+    );
+}
+
+/// Two loads have their difference in level over samples, beside the exponent.
+#[test]
+fn two_loads_are_compared_over_settings() {
+    let of = |gain: f64| {
+        let all = ["S1", "S2", "S3", "S4", "S5"].into_iter().flat_map(|sample| {
+            [(0.2, 1.0), (0.4, gain)].map(|(load_n, gain)| {
+                let name = format!("{sample} {load_n}");
+                made(&name, gain, load_n / 0.2, condition(sample, load_n, None))
+            })
+        });
+        compared(&all.collect::<Vec<_>>(), Factor::Load).unwrap()
+    };
+    let louder = of(2.0);
+    let [found] = louder.contrasts(Factor::Load) else {
+        panic!("{:?}", louder.contrasts(Factor::Load));
+    };
+    let said = found.conclusion();
+    assert!(said.contains("0.4 N has a higher level than 0.2 N"), "{said}");
+    let same = of(1.0);
+    let said = same.contrasts(Factor::Load)[0].conclusion();
+    assert!(!said.contains("has a"), "{said}");
 }
 
 /// Two people in four settings each were eight independent settings, and "p < 0.001".

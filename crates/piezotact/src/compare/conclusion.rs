@@ -2,8 +2,8 @@
 
 use super::trends::LEAST_CHANGE;
 use super::{
-    ActivePassive, CommonLine, Contacts, ContrastUnit, DirectionContrast, DirectionDifference,
-    DirectionTrend, FoundIn, FrictionChange, LevelSpread, LineOrigin, LinesOfSpeeds, LoadTrend,
+    ActivePassive, CommonLine, Contacts, ContrastUnit, Contrast, ValueDifference,
+    ContrastTrend, FoundIn, FrictionChange, LevelSpread, LineOrigin, LinesOfSpeeds, LoadTrend,
     PeriodCriterion, PeriodUnit, SpatialPeriod, unless_confounded,
 };
 use crate::criterion::Outcome;
@@ -322,15 +322,15 @@ impl LoadTrend {
     }
 }
 
-impl DirectionTrend {
-    /// How each direction differs from the first in level, and how much of it stuck and slipped.
+impl ContrastTrend {
+    /// How each differs from the first in level, and how much of it stuck and slipped.
     #[must_use]
     pub fn lines(&self) -> Vec<String> {
         let first = self
-            .directions
+            .values
             .first()
-            .map_or("", |one| one.direction.as_str());
-        let line = |one: &DirectionDifference| {
+            .map_or("", |one| one.value.as_str());
+        let line = |one: &ValueDifference| {
             let Contacts { all, stick_slip } = one.contacts;
             let level = one.level_difference_db.map_or(String::new(), |db| {
                 format!("level {} dB re {first}, ", plus(db, 1))
@@ -338,18 +338,18 @@ impl DirectionTrend {
             let contacts = counted(all, "stroke");
             format!(
                 "{}: {level}stick-slip in {stick_slip} of {contacts}",
-                one.direction
+                one.value
             )
         };
-        self.directions.iter().map(line).collect()
+        self.values.iter().map(line).collect()
     }
 }
 
-impl DirectionContrast {
-    /// Whether the levels of two directions differ, over settings or participants; one setting or two participants decide nothing.
+impl Contrast {
+    /// Whether the levels of two values differ, over settings or participants; one setting or two participants decide nothing.
     #[must_use]
     pub fn conclusion(&self) -> String {
-        let between = [self.direction.as_str(), self.reference.as_str()];
+        let between = [self.value.as_str(), self.reference.as_str()];
         let units = match self.over {
             ContrastUnit::Settings => "setting",
             ContrastUnit::Participants => "participant",
@@ -361,7 +361,7 @@ impl DirectionContrast {
             }
             None => format!(
                 "{} and {}: the difference in level is not decided from {}",
-                self.direction,
+                self.value,
                 self.reference,
                 counted(self.units, units)
             ),

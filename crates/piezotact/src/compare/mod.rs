@@ -28,8 +28,8 @@ pub use period::{
 pub use receptors::{LevelUnit, ReceptorLevel, receptor_levels};
 pub use summary::{Fingerprint, Periods, Summary, Tooth, summarise};
 pub use touching::{
-    Contacts, ContrastUnit, DirectionContrast, DirectionDifference, DirectionSetting,
-    DirectionTrend, LoadTrend, direction_contrasts, direction_trend, load_trend,
+    Contacts, ContrastUnit, Contrast, ValueDifference, ContrastSetting,
+    ContrastTrend, LoadTrend, contrasts, contrast_trend, load_trend,
 };
 pub use trends::{
     ActivePassive, ActivePassivePair, FrictionChange, LevelSpread, RoughnessTrend,

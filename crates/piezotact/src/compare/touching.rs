@@ -1,4 +1,4 @@
-//! Effects of the load and of the direction of sliding.
+//! Effects of the load, of the direction of sliding and of any label.
 
 use std::collections::BTreeMap;
 
@@ -62,59 +62,60 @@ pub struct Contacts {
     pub stick_slip: usize,
 }
 
-/// One direction beside the first.
+/// One value of what is compared, such as a direction, beside the first.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-pub struct DirectionDifference {
-    /// The direction.
-    pub direction: String,
-    /// Its level less that of the first direction, dB; absent for the first, and where one of them is silent.
+pub struct ValueDifference {
+    /// The value.
+    pub value: String,
+    /// Its level less that of the first, dB; absent for the first, and where one of them is silent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub level_difference_db: Option<f64>,
     /// Its strokes.
     pub contacts: Contacts,
 }
 
-/// How level and stick-slip differ between directions of sliding, for one setting.
+/// How level and stick-slip differ between directions of sliding, or the values of a label, for one setting.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-pub struct DirectionTrend {
-    /// One for each direction; the first is what the others are compared with.
-    pub directions: Vec<DirectionDifference>,
+pub struct ContrastTrend {
+    /// One for each; the first is what the others are compared with.
+    pub values: Vec<ValueDifference>,
     /// What it leaves open.
     #[serde(skip)]
     pub warnings: Vec<Warning>,
 }
 
-/// How level and stick-slip differ between `groups`, one for each direction, with their `contacts` and the loads that their
+/// How level and stick-slip differ between `groups`, one for each value of what they are compared `by`, with their `contacts` and the loads that their
 /// recordings state.
 ///
 /// Formula: 20·log10 of the ratio of the mean rms, dB; strokes that stuck and slipped are counted and do not enter the level.
 ///
 /// Source: L. Felicetti's thesis (2024), section 2.3.1 and figure 13.
 #[must_use]
-pub fn direction_trend(
+pub fn contrast_trend(
     groups: &[&Summary],
     contacts: &[Contacts],
     stated_n: &[Option<f64>],
-) -> DirectionTrend {
+    by: &str,
+) -> ContrastTrend {
     let first = groups.first().map_or(f64::NAN, |group| group.rms.mean);
     let each = groups.iter().zip(contacts).enumerate();
-    let directions = each.map(|(i, (group, contacts))| {
+    let values = each.map(|(i, (group, contacts))| {
         let level_db = 20.0 * (group.rms.mean / first).log10();
-        DirectionDifference {
-            direction: group.name.clone(),
+        ValueDifference {
+            value: group.name.clone(),
             level_difference_db: Some(level_db).filter(|db| i > 0 && db.is_finite()),
             contacts: *contacts,
         }
     });
-    DirectionTrend {
-        directions: directions.collect(),
-        warnings: confounded::warnings(groups, stated_n, "direction"),
+    ContrastTrend {
+        values: values.collect(),
+        warnings: confounded::warnings(groups, stated_n, by),
     }
 }
 
-/// What the interval of a difference between directions is over.
+/// What the interval of a difference between two values is over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
@@ -125,12 +126,12 @@ pub enum ContrastUnit {
     Participants,
 }
 
-/// One direction beside another over all settings in which both were measured.
+/// One value, such as a direction, beside another over all settings in which both were measured.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-pub struct DirectionContrast {
-    /// The direction.
-    pub direction: String,
+pub struct Contrast {
+    /// The value.
+    pub value: String,
     /// What it is compared with.
     pub reference: String,
     /// In how many settings both were measured.
@@ -142,43 +143,43 @@ pub struct DirectionContrast {
     /// Its level less that of the other, dB: mean, interval and p over units; absent for one setting, and for two participants.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub level: Option<PairedDifference>,
-    /// What else differs between the directions in some setting.
+    /// What else differs between them in some setting.
     #[serde(skip)]
     pub confounders: Vec<Confounder>,
 }
 
-/// The directions of one setting, whose they are, and what else differs between them.
+/// The values of one setting, whose they are, and what else differs between them.
 #[derive(Clone, Copy, Debug)]
-pub struct DirectionSetting<'t> {
+pub struct ContrastSetting<'t> {
     /// The participant, where known.
     pub participant: Option<&'t str>,
-    pub trend: &'t DirectionTrend,
+    pub trend: &'t ContrastTrend,
     pub confounders: &'t [Confounder],
 }
 
 /// Fewer participants than this decide nothing about people.
 const LEAST_PARTICIPANTS: usize = 3;
 
-/// How levels differ between directions over `settings`: samples, participants, speeds or loads. Settings of one participant are not
+/// How levels differ between values over `settings`: samples, participants, speeds or loads. Settings of one participant are not
 /// independent: where there are several participants, they are the units.
 ///
 /// Formula: [`paired_difference`] of the levels over units; the level of a participant is the mean over their settings.
 ///
 /// Source: as [`super::active_against_passive`]; docs/decisions/strokes.md for the units.
 #[must_use]
-pub fn direction_contrasts<'t>(
-    settings: impl Iterator<Item = DirectionSetting<'t>>,
-) -> Vec<DirectionContrast> {
+pub fn contrasts<'t>(
+    settings: impl Iterator<Item = ContrastSetting<'t>>,
+) -> Vec<Contrast> {
     let mut found: Vec<Levels<'t>> = Vec::new();
     for setting in settings {
-        let Some((reference, others)) = setting.trend.directions.split_first() else {
+        let Some((reference, others)) = setting.trend.values.split_first() else {
             continue;
         };
         for other in others {
             let Some(db) = other.level_difference_db else {
                 continue;
             };
-            let between = [other.direction.as_str(), reference.direction.as_str()];
+            let between = [other.value.as_str(), reference.value.as_str()];
             let place = found.iter().position(|known| known.between == between);
             let place = place.unwrap_or_else(|| {
                 found.push(Levels {
@@ -195,7 +196,7 @@ pub fn direction_contrasts<'t>(
     found.into_iter().map(Levels::contrast).collect()
 }
 
-/// The levels of one direction re another, by participant.
+/// The levels of one value re another, by participant.
 struct Levels<'t> {
     between: [&'t str; 2],
     levels: Vec<(Option<&'t str>, f64)>,
@@ -203,7 +204,7 @@ struct Levels<'t> {
 }
 
 impl Levels<'_> {
-    fn contrast(self) -> DirectionContrast {
+    fn contrast(self) -> Contrast {
         let mut people: BTreeMap<Option<&str>, Vec<f64>> = BTreeMap::new();
         for (participant, db) in &self.levels {
             people.entry(*participant).or_default().push(*db);
@@ -216,9 +217,9 @@ impl Levels<'_> {
             (ContrastUnit::Settings, each.collect())
         };
         let enough = over == ContrastUnit::Settings || levels.len() >= LEAST_PARTICIPANTS;
-        let [direction, reference] = self.between.map(str::to_owned);
-        DirectionContrast {
-            direction,
+        let [value, reference] = self.between.map(str::to_owned);
+        Contrast {
+            value,
             reference,
             settings: self.levels.len(),
             over,

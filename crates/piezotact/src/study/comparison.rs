@@ -6,11 +6,11 @@ use super::grouping::{Grouping, Setting, differ_in, left_out};
 use super::way::travelled_of;
 use super::{AnalysedRecording, Factor, Group, StudyError};
 use crate::compare::{
-    AcrossSamples, ActivePassive, CompareWarning, Confounder, Contacts, DirectionContrast,
-    DirectionDifference, DirectionSetting, DirectionTrend, DiscriminationConfig, FrictionChange,
+    AcrossSamples, ActivePassive, CompareWarning, Confounder, Contacts, Contrast,
+    ValueDifference, ContrastSetting, ContrastTrend, DiscriminationConfig, FrictionChange,
     Groups, LevelSpread, LoadTrend, Mixed, RoughnessTrend, Sliding, SpatialPeriod, Summary,
     TextureWithLines, WithheldCause, across_participants, across_roughness, active_against_passive,
-    comparable, compare_periods, confounders, direction_contrasts, direction_trend,
+    comparable, compare_periods, confounders, contrasts, contrast_trend,
     discriminate_without, friction_against_rms, friction_on_speed, load_trend, rms_on_speed,
     spatial_period,
 };
@@ -38,8 +38,8 @@ pub struct Across {
     pub by: Factor,
     /// The comparisons, in the order of participants, samples, speeds and touch.
     pub comparisons: Vec<Comparison>,
-    /// How levels differ between directions over all comparisons; empty unless directions are compared.
-    pub directions: Vec<DirectionContrast>,
+    /// How levels differ between directions, two loads, or the values of a label, over all comparisons; empty for what else is compared.
+    pub contrasts: Vec<Contrast>,
 }
 
 /// Groups that differ in one thing and share all others, with what follows.
@@ -79,8 +79,8 @@ pub enum Trend {
     },
     /// With the load.
     Loads(LoadTrend),
-    /// With the direction of sliding.
-    Directions(DirectionTrend),
+    /// With the direction of sliding, or the value of a label.
+    Values(ContrastTrend),
     /// Nothing beside what [`BothWays`] says of active and passive touch.
     Touch {},
 }
@@ -158,7 +158,7 @@ impl Comparison {
         match &self.trend {
             Trend::Speeds(trend) => trend.period.as_ref().map_or(&[], |period| &period.warnings),
             Trend::Loads(trend) => &trend.warnings,
-            Trend::Directions(trend) => &trend.warnings,
+            Trend::Values(trend) => &trend.warnings,
             Trend::Samples(_) | Trend::Participants { .. } | Trend::Touch {} => &[],
         }
     }
@@ -253,13 +253,13 @@ impl Grouping<'_> {
                 },
                 Factor::Touch => Trend::Touch {},
                 Factor::Load => Trend::Loads(self.loads(&groups)),
-                Factor::Direction => Trend::Directions(self.directions(&groups)),
+                Factor::Direction | Factor::Label => Trend::Values(self.values(&groups, by)),
             };
             let stated_n = self.stated_loads_n(&groups);
             let confounders = confounders(&self::summaries(&groups), &stated_n, by.word());
             let mut warnings = match by {
                 // Those of the trend say it, and what is not known.
-                Factor::Load | Factor::Direction => Vec::new(),
+                Factor::Load | Factor::Direction | Factor::Label => Vec::new(),
                 _ => confounders.iter().map(|c| c.warning(by.word())).collect(),
             };
             warnings.extend(warning_of_lines(&groups));
@@ -276,20 +276,24 @@ impl Grouping<'_> {
             .map(comparison)
             .collect::<Result<_, StudyError>>()?;
         self.compare_periods(&mut comparisons);
-        let trends = comparisons.iter().filter_map(|c| match &c.trend {
-            Trend::Directions(trend) => {
-                let first = c.groups.first().and_then(|group| group.takes.first())?;
-                Some(DirectionSetting {
-                    participant: self.takes[*first].condition().participant.as_deref(),
-                    trend,
-                    confounders: &c.confounders,
-                })
-            }
+        let two_loads = |groups: &[Group]| by == Factor::Load && groups.len() == 2;
+        let trends = comparisons.iter().map(|c| match &c.trend {
+            Trend::Values(trend) => Some(trend.clone()),
+            Trend::Loads(_) if two_loads(&c.groups) => Some(self.values(&c.groups, by)),
             _ => None,
+        });
+        let trends: Vec<Option<ContrastTrend>> = trends.collect();
+        let compared = comparisons.iter().zip(&trends).filter_map(|(c, trend)| {
+            let first = c.groups.first().and_then(|group| group.takes.first())?;
+            Some(ContrastSetting {
+                participant: self.takes[*first].condition().participant.as_deref(),
+                trend: trend.as_ref()?,
+                confounders: &c.confounders,
+            })
         });
         Ok(Across {
             by,
-            directions: direction_contrasts(trends),
+            contrasts: contrasts(compared),
             comparisons,
         })
     }
@@ -344,8 +348,8 @@ impl Grouping<'_> {
         load_trend(&summaries(groups), &self.stated_loads_n(groups))
     }
 
-    /// How level and stick-slip differ between directions.
-    fn directions(&self, groups: &[Group]) -> DirectionTrend {
+    /// How level and stick-slip differ between directions, loads or the values of a label.
+    fn values(&self, groups: &[Group], by: Factor) -> ContrastTrend {
         let contacts = groups.iter().map(|group| {
             let takes = group.takes.iter().map(|place| &self.takes[*place]);
             takes.fold(Contacts::default(), |sum, take| {
@@ -356,27 +360,29 @@ impl Grouping<'_> {
                 }
             })
         });
-        let mut trend = direction_trend(
+        let mut trend = contrast_trend(
             &summaries(groups),
             &contacts.collect::<Vec<_>>(),
             &self.stated_loads_n(groups),
+            by.word(),
         );
         // A direction in which every stroke stuck and slipped has no level, but is no less said.
         let first = groups.first().and_then(|group| group.takes.first());
+        let first = first.filter(|_| by == Factor::Direction);
         for place in first.map_or_else(Vec::new, |first| self.without_strokes(*first)) {
             let take = &self.takes[place];
             let stick_slip = stick_slips(take);
             let Some(direction) = take.condition().direction.filter(|_| stick_slip > 0) else {
                 continue;
             };
-            let mut known = trend.directions.iter_mut();
-            match known.find(|one| one.direction == direction.word()) {
+            let mut known = trend.values.iter_mut();
+            match known.find(|one| one.value == direction.word()) {
                 Some(one) => {
                     one.contacts.all += stick_slip;
                     one.contacts.stick_slip += stick_slip;
                 }
-                None => trend.directions.push(DirectionDifference {
-                    direction: direction.word().into(),
+                None => trend.values.push(ValueDifference {
+                    value: direction.word().into(),
                     level_difference_db: None,
                     contacts: Contacts {
                         all: stick_slip,

@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::{
     AnalysedRecording, BothWays, Comparison, Discrimination, Factor, Group, StudyAnalysis,
 };
-use crate::compare::{ActivePassive, CommonLine, DirectionContrast};
+use crate::compare::{ActivePassive, CommonLine, Contrast};
 use crate::criterion::Criterion;
 use crate::document::{Content, FailedFile};
 use crate::feature::{FeatureConfig, StrokeFeatures};
@@ -232,9 +232,9 @@ pub struct ComparisonDocument<'a> {
     /// Active against passive touch, where touch is compared.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub active_against_passive: Option<&'a ActivePassive>,
-    /// How levels differ between directions over all comparisons, where directions are compared.
-    #[serde(skip_serializing_if = "<[DirectionContrast]>::is_empty")]
-    pub direction_contrasts: &'a [DirectionContrast],
+    /// How levels differ between directions, two loads, or the values of a label, over all comparisons.
+    #[serde(skip_serializing_if = "<[Contrast]>::is_empty")]
+    pub contrasts: &'a [Contrast],
     /// Which samples are distinguishable, where samples are compared.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub discrimination: Option<&'a Discrimination>,
@@ -253,7 +253,7 @@ pub struct ComparisonDocument<'a> {
 
 impl Content for ComparisonDocument<'_> {
     const SCHEMA: &'static str = "comparison";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
 }
 
 /// One comparison stands at the top; several stand in a list.
@@ -302,7 +302,7 @@ impl<'a> ComparisonDocument<'a> {
             by: study.by,
             common_lines: &study.common_lines,
             active_against_passive: touch.map(|BothWays { found, .. }| found),
-            direction_contrasts: study.asked.as_ref().map_or(&[], |asked| &asked.directions),
+            contrasts: study.asked.as_ref().map_or(&[], |asked| &asked.contrasts),
             discrimination,
             compared,
             warnings: warnings.merged(),

@@ -62,6 +62,14 @@ pub enum StudyError {
     /// A recording does not say what recordings are grouped by.
     #[error("expected {} for every recording, found none for {recording}", by.noun())]
     Unknown { by: Factor, recording: String },
+    /// A recording does not have the label that recordings are compared by.
+    #[error("expected the label `{name}` for every recording, found none for {recording}")]
+    Label {
+        name: String,
+        recording: String,
+        /// The labels that some recording has.
+        known: Vec<String>,
+    },
     /// One recording cannot be compared.
     #[error(
         "expected two or more recordings that differ in {by}, found only {recording}; give the others too"

@@ -34,6 +34,8 @@ pub enum Factor {
     Load,
     /// The direction of sliding.
     Direction,
+    /// The value of a label, see [`super::label_by`].
+    Label,
     /// Each recording by itself.
     File,
 }
@@ -49,6 +51,7 @@ impl Factor {
             Self::Touch => "touch",
             Self::Load => "load",
             Self::Direction => "direction",
+            Self::Label => "label",
             Self::File => "file",
         }
     }
@@ -63,6 +66,7 @@ impl Factor {
             Self::Touch => "active or passive touch",
             Self::Load => "a load",
             Self::Direction => "a direction of sliding",
+            Self::Label => "a value of the label",
             Self::File => "a name",
         }
     }
@@ -83,6 +87,7 @@ struct Key {
     touch: String,
     load: String,
     direction: String,
+    label: String,
     file: String,
 }
 
@@ -121,6 +126,7 @@ impl Key {
             direction: condition
                 .direction
                 .map_or(String::new(), |direction| direction.to_string()),
+            label: (take.label.as_ref()).map_or(String::new(), |label| label.value.clone()),
             file: take.name.clone(),
         }
     }
@@ -133,6 +139,7 @@ impl Key {
             Factor::Touch => &mut self.touch,
             Factor::Load => &mut self.load,
             Factor::Direction => &mut self.direction,
+            Factor::Label => &mut self.label,
             Factor::File => &mut self.file,
         }
     }
@@ -566,7 +573,7 @@ pub(super) fn differ_in(takes: &[AnalysedRecording], by: Factor) -> Vec<Factor> 
 
 /// Whether recordings of several loads stand in comparisons of their own.
 fn splits_loads(by: Factor) -> bool {
-    matches!(by, Factor::Load | Factor::Direction)
+    matches!(by, Factor::Load | Factor::Direction | Factor::Label)
 }
 
 /// Speeds that differ by no more than this share are compared.

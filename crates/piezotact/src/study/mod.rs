@@ -23,10 +23,10 @@ pub use document::*;
 pub use error::{NoStrokes, StudyError};
 pub use grouping::{Factor, Group};
 pub use table::{EVENT_NAMES, cuts_table, events_table, strokes_table};
-pub use take::{AnalysedRecording, Naming, Recorded, Stated, cut};
+pub use take::{AnalysedRecording, Label, Naming, Recorded, Stated, cut, label_by};
 
 use crate::checksum::Checksum;
-use crate::compare::{CommonLine, CompareWarning, DirectionContrast, Mixed};
+use crate::compare::{CommonLine, CompareWarning, Contrast, Mixed};
 use crate::discrimination::Model;
 use crate::document::FailedFile;
 use crate::feature::{self, FeatureConfig, StrokeForces};
@@ -444,12 +444,12 @@ impl StudyAnalysis {
         across.map_or(&[], |across| &across.comparisons)
     }
 
-    /// How levels differ between directions, where `by` is the direction; none elsewhere.
+    /// How levels differ between directions, two loads, or the values of a label; none elsewhere.
     #[must_use]
-    pub fn contrasts(&self, by: Factor) -> &[DirectionContrast] {
+    pub fn contrasts(&self, by: Factor) -> &[Contrast] {
         let mut all = self.asked.iter().chain(&self.beside);
         let across = all.find(|across| across.by == by);
-        across.map_or(&[], |across| &across.directions)
+        across.map_or(&[], |across| &across.contrasts)
     }
 
     /// The recordings of a group, in order.

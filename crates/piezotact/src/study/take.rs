@@ -1,6 +1,6 @@
 //! Recordings of a study, named and cut: what a person states counts before what the recording says, and that before its name.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::StudyError;
 use crate::feature::Analysis;
@@ -190,6 +190,40 @@ pub struct AnalysedRecording {
     pub analysis: Option<Analysis>,
     /// Where a person's cuts are looked for.
     pub cuts_are_looked_for_in: String,
+    /// The label that recordings are compared by; absent unless one is chosen, see [`label_by`].
+    pub label: Option<Label>,
+}
+
+/// What a recording says of itself beside its condition.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Label {
+    pub name: String,
+    pub value: String,
+}
+
+/// Chooses the label `name` of `takes` as what [`super::Factor::Label`] compares.
+///
+/// # Errors
+/// [`StudyError::Label`] where a recording has no such label.
+///
+/// Source: none; labels are what recordings, files beside them and their names say.
+pub fn label_by(takes: &mut [AnalysedRecording], name: &str) -> Result<(), StudyError> {
+    let known: BTreeSet<&String> = takes.iter().flat_map(|take| take.labels.keys()).collect();
+    let known: Vec<String> = known.into_iter().cloned().collect();
+    for take in takes {
+        let Some(value) = take.labels.get(name).filter(|value| !value.is_empty()) else {
+            return Err(StudyError::Label {
+                name: name.into(),
+                recording: take.name.clone(),
+                known,
+            });
+        };
+        take.label = Some(Label {
+            name: name.into(),
+            value: value.clone(),
+        });
+    }
+    Ok(())
 }
 
 impl AnalysedRecording {
@@ -295,6 +329,7 @@ pub fn cut(recorded: Recorded, stated: &Stated) -> Result<AnalysedRecording, Stu
         segmentation,
         analysis: None,
         cuts_are_looked_for_in,
+        label: None,
     })
 }
 

@@ -5,7 +5,7 @@ use super::{
     StudyAnalysis, Trend,
 };
 use crate::compare::{
-    CommonLine, Confounder, DirectionContrast, FrictionChange, Groups, friction_conclusion,
+    CommonLine, Confounder, Contrast, FrictionChange, Groups, friction_conclusion,
     unless_confounded,
 };
 use crate::criterion::Outcome;
@@ -156,7 +156,7 @@ impl Trend {
             Self::Samples(trend) => trend.lines(),
             Self::Speeds(trend) => trend.lines(&[]),
             Self::Loads(trend) => trend.lines(),
-            Self::Directions(trend) => trend.lines(),
+            Self::Values(trend) => trend.lines(),
             Self::Participants { level_spread } => {
                 let spread = level_spread.iter();
                 spread
@@ -251,7 +251,7 @@ impl StudyAnalysis {
             .collect();
         lines.extend(periods);
         lines.extend(discrimination.map(Discrimination::line));
-        lines.extend(asked.directions.iter().map(DirectionContrast::conclusion));
+        lines.extend(asked.contrasts.iter().map(Contrast::conclusion));
         if asked.by == super::Factor::Touch {
             lines.extend(self.both_ways.iter().flat_map(BothWays::lines));
         }

@@ -16,13 +16,13 @@ pub(crate) fn run(args: &Compare) -> Outcome {
     let outputs = &args.computing.outputs;
     let [low, high] = FELT_HZ.map(Hertz);
     let question = Question::Changes {
-        by: args.by.into(),
+        by: args.by.factor(),
         model: score::model(&args.feeling, Band::new(low, high)?)?,
     };
     check_outputs(&args.takes, &outputs.files())?;
     let settings = settings(&args.computing, question)?;
     let (takes, failures) = take_all(&args.takes)?;
-    let study = analysed(takes, &failures, &settings)?;
+    let study = analysed(takes, Some(&args.by), &failures, &settings)?;
     deliver(outputs, &ComparisonDocument::of(&study))?;
     failures.outcome()
 }

@@ -21,7 +21,7 @@ use piezotact_dataset::{
 };
 
 use crate::advice::{merged_text, text};
-use crate::cli::{self, Computing, DirectionName, Takes, TouchName};
+use crate::cli::{By, CONDITIONS, Computing, DirectionName, Takes, TouchName};
 use crate::failure::{Failure, Failures, Outcome, usage};
 use crate::memory::fits;
 use crate::output::say;
@@ -29,20 +29,6 @@ use crate::places::{outputs, place};
 use crate::progress::{Words, Work};
 use crate::reading::read;
 use crate::report::name;
-
-impl From<cli::Factor> for Factor {
-    fn from(by: cli::Factor) -> Self {
-        match by {
-            cli::Factor::Sample => Self::Sample,
-            cli::Factor::Speed => Self::Speed,
-            cli::Factor::Participant => Self::Participant,
-            cli::Factor::Touch => Self::Touch,
-            cli::Factor::Load => Self::Load,
-            cli::Factor::Direction => Self::Direction,
-            cli::Factor::File => Self::File,
-        }
-    }
-}
 
 impl From<DirectionName> for SlidingDirection {
     fn from(direction: DirectionName) -> Self {
@@ -193,10 +179,14 @@ fn settings(computing: &Computing, question: Question) -> Outcome<StudySettings>
 
 /// Analyses the recordings that could be cut, and says which failed.
 fn analysed(
-    takes: Vec<AnalysedRecording>,
+    mut takes: Vec<AnalysedRecording>,
+    by: Option<&By>,
     failures: &Failures,
     settings: &StudySettings,
 ) -> Outcome<StudyAnalysis> {
+    if let Some(By::Label(name)) = by {
+        study::label_by(&mut takes, name).map_err(failed)?;
+    }
     let sizes = takes.iter().map(|take| take.recording.len() as f64);
     let analysing = Work::of_sizes(ANALYSING, sizes.collect());
     let study = study::analyse_watched(takes, settings, &mut || analysing.one_more());
@@ -224,6 +214,7 @@ fn failed(error: StudyError) -> Failure {
                 Factor::Touch => "{touch}",
                 Factor::Load => "{load:N}",
                 Factor::Direction => "{direction}",
+                Factor::Label => "{label}",
             };
             // Only these formats have a file beside them that states conditions.
             let ending = Path::new(recording).extension().unwrap_or_default();
@@ -236,6 +227,16 @@ fn failed(error: StudyError) -> Failure {
             };
             usage(anyhow!(
                 "{sentence}: say it in the file names with --meta and {field}{beside}"
+            ))
+        }
+        StudyError::Label { ref known, .. } => {
+            let conditions = CONDITIONS.map(Factor::word).join(", ");
+            let labels = match known.is_empty() {
+                true => "they have none".to_owned(),
+                false => format!("theirs are {}", known.join(", ")),
+            };
+            usage(anyhow!(
+                "{sentence}: name one of {conditions}, or a label of all recordings, such as a field of --meta ({labels})"
             ))
         }
         StudyError::NoStrokes { found } => {

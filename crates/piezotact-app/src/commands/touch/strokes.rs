@@ -5,14 +5,14 @@ use std::path::Path;
 use piezotact::study::{AnalysisDocument, CutsDocument, Question};
 
 use super::{analysed, cuts, settings, take_all};
-use crate::cli::Strokes;
+use crate::cli::{By, Strokes};
 use crate::deliver::deliver_and;
 use crate::failure::Outcome;
 
 pub(crate) fn run(args: &Strokes) -> Outcome {
     cuts::check(args)?;
     let outputs = &args.computing.outputs;
-    let question = Question::Groups(args.by.map(Into::into));
+    let question = Question::Groups(args.by.as_ref().map(By::factor));
     let settings = settings(&args.computing, question)?;
     let (takes, failures) = take_all(&args.takes)?;
     cuts::write(args, &takes)?;
@@ -22,7 +22,7 @@ pub(crate) fn run(args: &Strokes) -> Outcome {
         deliver_and(outputs, &document, &written)?;
         return failures.outcome();
     }
-    let study = analysed(takes, &failures, &settings)?;
+    let study = analysed(takes, args.by.as_ref(), &failures, &settings)?;
     deliver_and(outputs, &AnalysisDocument::of(&study), &written)?;
     failures.outcome()
 }

@@ -52,8 +52,8 @@ impl StudyAnalysis {
     /// asked, where they were computed with [`super::Breadth::Report`].
     fn page(&self) -> Page {
         let title = match &self.asked {
-            Some(asked) => format!("Comparison by {}", asked.by),
-            None => format!("Features of the strokes, by {}", self.by),
+            Some(_) => format!("Comparison by {}", self.by_name()),
+            None => format!("Features of the strokes, by {}", self.by_name()),
         };
         let discrimination = self.discrimination.as_ref();
         let takes = self.takes.as_slice();
@@ -76,6 +76,10 @@ impl StudyAnalysis {
             (
                 "Across directions".into(),
                 touching::blocks(self, Factor::Direction),
+            ),
+            (
+                format!("Across {}", self.by_name()),
+                touching::blocks(self, Factor::Label),
             ),
             ("Active and passive touch".into(), self.active_passive()),
             self.single(),
@@ -113,6 +117,15 @@ impl StudyAnalysis {
             numbers.into_iter().chain(signs(&self.takes)),
         ));
         blocks
+    }
+
+    /// What is compared, as a person calls it.
+    fn by_name(&self) -> String {
+        let first = self.takes.first().and_then(|take| take.label.as_ref());
+        match first {
+            Some(label) if self.by == Factor::Label => label.name.clone(),
+            _ => self.by.to_string(),
+        }
     }
 
     /// The unit of the vibration.

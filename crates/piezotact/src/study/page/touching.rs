@@ -28,13 +28,17 @@ pub(super) fn blocks(study: &StudyAnalysis, by: Factor) -> Vec<Block> {
             Spread::of_friction,
         ),
     ];
+    let named = match by {
+        Factor::Label => study.by_name(),
+        other => other.to_string(),
+    };
     let mut blocks = Vec::new();
     for (what, label, value) in values {
         let chart = match by {
             Factor::Load => over_loads(all, label, value),
-            _ => over_names(all, by, label, value),
+            _ => over_names(all, &named, label, value),
         };
-        let caption = format!("{what} at each {by}: {DOTS}");
+        let caption = format!("{what} at each {named}: {DOTS}");
         blocks.extend(chart.map(|chart| Block::from(chart.captioned(caption))));
     }
     if study.asked.as_ref().is_none_or(|asked| asked.by != by) {
@@ -53,7 +57,7 @@ pub(super) fn blocks(study: &StudyAnalysis, by: Factor) -> Vec<Block> {
     for comparison in several.take(SETTINGS_SHOWN) {
         let chart = figures::psds(&comparison.summaries(), &axes);
         let setting = &comparison.setting;
-        let caption = format!("Mean power spectral density at each {by}: {setting}.");
+        let caption = format!("Mean power spectral density at each {named}: {setting}.");
         blocks.push(chart.captioned(caption).into());
     }
     blocks
@@ -75,7 +79,7 @@ fn over_loads(all: &[Comparison], label: String, value: Value) -> Option<Chart> 
 }
 
 /// The same over names.
-fn over_names(all: &[Comparison], by: Factor, label: String, value: Value) -> Option<Chart> {
+fn over_names(all: &[Comparison], named: &str, label: String, value: Value) -> Option<Chart> {
     let names = names_of(all);
     let set = |comparison: &Comparison| {
         let summaries = comparison.summaries();
@@ -89,5 +93,5 @@ fn over_names(all: &[Comparison], by: Factor, label: String, value: Value) -> Op
     let sets: Sets = all.iter().map(set).collect();
     let mut values = sets.iter().flat_map(|(_, values)| values);
     let known = values.any(Option::is_some);
-    known.then(|| figures::by_name(&names, label, by.word(), &sets))
+    known.then(|| figures::by_name(&names, label, named, &sets))
 }
