@@ -463,7 +463,7 @@ fn a_study_is_handed_out_as_a_document() {
     let one = document(people(&["P1"]));
     assert_eq!(
         (&one["schema"], &one["version"]),
-        (&"comparison".into(), &2.into())
+        (&"comparison".into(), &3.into())
     );
     assert_eq!(one["by"], "sample");
     assert_eq!(one["groups"][1]["files"][0], "P1S2.csv");

@@ -3,12 +3,14 @@
 use super::frames::smoothed;
 use super::speed::SMOOTHING_S;
 use super::{Interval, MotionKind, Signals};
-use crate::quantity::SampleRate;
+use crate::quantity::{SampleRate, Seconds};
 
 /// A part of a stroke counts while it moves one way, faster than this share of the stroke's usual speed …
 const MOVES: f64 = 0.5;
 /// … and is at least this long, s.
 const SHORTEST_S: f64 = 0.1;
+/// Longer parts are cut, s: a spectrum takes memory as its longest part.
+const LONGEST_S: f64 = 10.0;
 
 /// A part of a stroke that moves one way.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,7 +47,7 @@ pub(crate) fn ways(signals: &Signals<'_>, stroke: Interval) -> Vec<Way> {
         return Vec::new();
     };
     let rate = signals.rate;
-    let width = rate.samples_in(crate::quantity::Seconds(SMOOTHING_S)).max(1);
+    let width = rate.samples_in(Seconds(SMOOTHING_S)).max(1);
     // The motion around the stroke is smoothed with it, so that its ends are those of the motion.
     let outer = Interval {
         start: stroke.start.saturating_sub(2 * width),
@@ -85,12 +87,13 @@ pub(crate) fn ways(signals: &Signals<'_>, stroke: Interval) -> Vec<Way> {
         true => v.signum() as i8,
         false => 0,
     };
-    let shortest = rate.samples_in(crate::quantity::Seconds(SHORTEST_S));
+    let shortest = rate.samples_in(Seconds(SHORTEST_S));
+    let longest = rate.samples_in(Seconds(LONGEST_S));
     let mut ways = Vec::new();
     let mut from = 0;
     while from < speed_m_s.len() {
         let sign = direction(speed_m_s[from]);
-        let run = speed_m_s[from..].iter();
+        let run = speed_m_s[from..].iter().take(longest.max(1));
         let to = from + run.take_while(|v| direction(**v) == sign).count();
         if sign != 0 && to - from > shortest.max(2) {
             ways.push(way(

@@ -64,7 +64,9 @@ pub struct WayPeak {
 }
 
 /// Strokes slower than this share of the fastest are left out: a metre of them has many more samples.
-const SLOWEST: f64 = 0.1;
+const SLOWEST: f64 = 0.2;
+/// A speed that is so many times that of its stroke is a jump of the sensor.
+const JUMPS: f64 = 4.0;
 /// A harmonic of a period is this near its multiple, as a share …
 const TOOTH: f64 = 0.06;
 /// … and no further than this share of the distance between harmonics.
@@ -99,10 +101,16 @@ pub(crate) fn along_the_way(
     lowest: Hertz,
     unit: &Unit,
 ) -> Option<AlongTheWay> {
-    let fastest_m_s = parts.iter().map(|p| p.way.fastest_m_s).fold(0.0, f64::max);
+    let speeds = parts.iter().map(|part| part.way.speed_m_s(rate));
+    let usual_m_s = speeds.fold(0.0, f64::max);
     let mut parts: Vec<&Travelled<'_>> = (parts.iter())
-        .filter(|part| part.way.slowest_m_s >= SLOWEST * fastest_m_s)
+        .filter(|part| {
+            let way = &part.way;
+            let jumps = way.fastest_m_s > JUMPS * way.speed_m_s(rate);
+            way.slowest_m_s >= SLOWEST * usual_m_s && !jumps
+        })
         .collect();
+    let fastest_m_s = parts.iter().map(|p| p.way.fastest_m_s).fold(0.0, f64::max);
     parts.sort_by(|a, b| a.way.speed_m_s(rate).total_cmp(&b.way.speed_m_s(rate)));
     let slow = parts.iter().map(|p| p.way.slowest_m_s);
     let slowest_m_s = slow.fold(f64::MAX, f64::min);
@@ -133,12 +141,12 @@ struct Even {
 }
 
 impl Even {
-    fn lines(&self, strokes: &[Vec<Vec<f64>>]) -> Option<Spectrum> {
+    fn lines<'s>(&self, strokes: impl Iterator<Item = &'s Vec<Vec<f64>>>) -> Option<Spectrum> {
         let sliding = Sliding {
             speed_m_s: self.slowest_m_s,
             rate: self.rate,
             group: String::new(),
-            stretches: strokes.iter().flatten().map(Vec::as_slice).collect(),
+            stretches: strokes.flatten().map(Vec::as_slice).collect(),
         };
         spectrum_up_to(&sliding, self.lowest, self.highest)
     }
@@ -181,7 +189,7 @@ fn period(parts: &[&Travelled<'_>], even: &Even) -> Option<SpatialPeriod> {
     };
     let (slower, faster) = even_strokes.split_at(middle);
     let halves = [slower, faster].into_iter();
-    let all: Vec<Spectrum> = halves.filter_map(|half| even.lines(half)).collect();
+    let all: Vec<Spectrum> = halves.filter_map(|half| even.lines(half.iter())).collect();
     let found = agreed(&all)?;
     let wavenumber = found.wavenumber;
     let mut recordings: Vec<usize> = parts.iter().map(|part| part.recording).collect();
@@ -190,9 +198,8 @@ fn period(parts: &[&Travelled<'_>], even: &Even) -> Option<SpatialPeriod> {
     let teeth = |recording: usize| -> Vec<f64> {
         let own = parts.iter().zip(even_strokes);
         let own = own.filter(|(part, _)| part.recording == recording);
-        let own: Vec<Vec<Vec<f64>>> = own.map(|(_, stroke)| stroke.clone()).collect();
-        even.lines(&own)
-            .map_or_else(Vec::new, |own| teeth(&own, wavenumber))
+        let own = even.lines(own.map(|(_, stroke)| stroke));
+        own.map_or_else(Vec::new, |own| teeth(&own, wavenumber))
     };
     let (over, units) = match recordings.as_slice() {
         [only] => (PeriodUnit::Harmonics, teeth(*only)),
