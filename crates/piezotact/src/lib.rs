@@ -30,6 +30,7 @@ pub mod warning;
 pub mod align;
 pub mod clipping;
 pub mod convolve;
+mod delay;
 pub mod filter;
 pub mod integrity;
 pub mod noise;

@@ -8,6 +8,7 @@ mod between;
 mod bias;
 mod broken;
 mod bundle;
+mod change;
 mod clock;
 mod coherence;
 mod confidence;
@@ -17,6 +18,7 @@ mod estimator;
 mod impact;
 #[cfg(feature = "modal")]
 mod impact_page;
+mod in_time;
 mod judge;
 mod multisine;
 mod page;
@@ -33,6 +35,7 @@ pub use bias::Bias;
 pub use broken::pair_warnings;
 pub(crate) use bundle::level_db;
 pub use bundle::{BundleAverage, Ensemble, LeaveOneOut, Penalty, average, bundle, leave_one_out};
+pub use change::Change;
 pub use clock::{OneClock, on_one_clock, prepared};
 pub(crate) use coherence::COHERENCE_ROUNDING;
 pub use coherence::CoherenceSummary;
@@ -113,6 +116,10 @@ pub struct TransferFunction<I: Quantity, O: Quantity> {
     /// drives.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub impact: Option<ImpactTest>,
+    /// How the response changed while it was measured: the transfer function is a mean of several states then. Absent where no change is
+    /// shown.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub change: Option<Change>,
     #[serde(skip)]
     quantities: PhantomData<(I, O)>,
 }
@@ -175,6 +182,15 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
         let warnings = found.warnings(&function);
         function.about.warnings.extend(warnings);
         Ok((function, found))
+    }
+
+    /// The same with how its response changed while it was measured, and the warning about it.
+    #[must_use]
+    pub fn with_change(mut self, change: Option<Change>) -> Self {
+        let warning = change.as_ref().map(Change::warning);
+        self.about.warnings.extend(warning);
+        self.change = change;
+        self
     }
 
     /// The warnings about its averages and coherence, which those of another estimate of the same system do not share.
@@ -253,6 +269,7 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
             },
             drive: None,
             impact: None,
+            change: None,
             effective_averages: averages as f64,
             excited: None,
             quantities: PhantomData,
@@ -489,17 +506,24 @@ pub fn estimate_without<I: Quantity, O: Quantity>(
     estimator: Estimator,
     known: Known<'_>,
 ) -> Result<TransferFunction<I, O>, TransferError> {
-    Ok(estimate_with_findings(drive, response, config, estimator, known)?.0)
+    Ok(estimate_with_findings(drive, response, config, estimator, known)?.function)
 }
 
-/// As [`estimate_without`], with what the lines show.
+/// An estimate with what its lines show and the spectra it was made from.
+struct Estimate<I: Quantity, O: Quantity> {
+    function: TransferFunction<I, O>,
+    found: Found,
+    spectra: CrossSpectra<I, O>,
+}
+
+/// As [`estimate_without`], with all of it.
 fn estimate_with_findings<I: Quantity, O: Quantity>(
     drive: &Series<I>,
     response: &Series<O>,
     config: &WelchConfig,
     estimator: Estimator,
     known: Known<'_>,
-) -> Result<(TransferFunction<I, O>, Found), TransferError> {
+) -> Result<Estimate<I, O>, TransferError> {
     let rate = drive.rate();
     if let Some(Transient { hits, share }) = transient(drive.samples(), rate) {
         return Err(TransferError::Transient { hits, share });
@@ -531,7 +555,11 @@ fn estimate_with_findings<I: Quantity, O: Quantity>(
         })
     });
     function.about.warnings.extend(pulses);
-    Ok((function, found))
+    Ok(Estimate {
+        function,
+        found,
+        spectra,
+    })
 }
 
 /// Whether the samples `cut` touch one of the stretches `lost_s`.

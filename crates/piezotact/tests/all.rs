@@ -18,6 +18,7 @@ mod known_cuts;
 mod manipulate;
 mod message_numbers;
 mod noise;
+mod over_time;
 mod prepare;
 mod receptors;
 mod reference;

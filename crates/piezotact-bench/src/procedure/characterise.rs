@@ -182,6 +182,7 @@ pub fn transfer_of(
         response,
         missing_s: lost,
         warnings: clocks,
+        change,
     } = prepared(
         &drive,
         response,
@@ -210,6 +211,7 @@ pub fn transfer_of(
     let broken = pair_warnings(&drive, &response);
     function.about.warnings.extend(broken);
     function.about.warnings.extend(clocks);
+    function = function.with_change(change);
     // The drive is the signal that was sent. What a sweep distorts repeats with every sweep and is no scatter.
     function.known_input = config.excitation.kind != Excitation::Sweep;
     let estimated = std::mem::take(&mut function.about.provenance.steps);

@@ -1,16 +1,11 @@
 //! The line from the clock of a recording to that of a drive.
 
 use super::{AlignError, MOST_DRIFT_PPM};
-use crate::statistics::{Z_95, mean, median, t_quantile};
+use crate::delay::{Course, Fit, Local, Outliers, Rules, Slope};
+use crate::statistics::{Z_95, t_quantile};
 
 /// With fewer blocks there is no line with an uncertainty.
 pub(super) const FEWEST_BLOCKS: usize = 4;
-/// Residuals of more than so many robust standard deviations are left out.
-const FAR: f64 = 5.0;
-/// The median of absolute residuals of a normal distribution is its standard deviation over this.
-const NORMAL: f64 = 1.4826;
-/// A step is one with so many standard errors, more with few blocks.
-const STEP_ERRORS: f64 = 5.0;
 /// A smaller step is none, s.
 pub(super) const LEAST_STEP_S: f64 = 2e-5;
 /// A drift that changes by less is found, ppm.
@@ -45,41 +40,16 @@ pub(super) struct Line {
 }
 
 impl Line {
-    /// The least-squares line through those of `found` that are `used`.
-    fn through(found: &[Found], used: &[bool]) -> Option<Self> {
-        let own: Vec<&Found> = found
-            .iter()
-            .zip(used)
-            .filter_map(|(one, used)| used.then_some(one))
-            .collect();
-        if own.len() < FEWEST_BLOCKS {
-            return None;
-        }
-        let x: Vec<f64> = own.iter().map(|one| one.recorded_s).collect();
-        // Less the time of the recording, so that no digit is lost.
-        let y: Vec<f64> = own.iter().map(|one| one.drive_s - one.recorded_s).collect();
-        let middle = [mean(&x), mean(&y)];
-        let squares: f64 = x.iter().map(|x| (x - middle[0]).powi(2)).sum();
-        let product = x.iter().zip(&y);
-        let product: f64 = product
-            .map(|(x, y)| (x - middle[0]) * (y - middle[1]))
-            .sum();
-        let slope = product / squares;
-        let rest = x.iter().zip(&y);
-        let rest: f64 = rest
-            .map(|(x, y)| (y - middle[1] - slope * (x - middle[0])).powi(2))
-            .sum();
-        let count = own.len() as f64;
-        let spread = (rest / (count - 2.0)).sqrt();
-        let line = Self {
-            middle,
-            slope,
-            middle_error: spread / count.sqrt(),
-            slope_error: spread / squares.sqrt(),
-            quantile: t_quantile(own.len() - 2)?,
-            spread,
-        };
-        line.slope.is_finite().then_some(line)
+    /// The line of a fit.
+    fn of(fit: &Fit) -> Option<Self> {
+        Some(Self {
+            middle: fit.middle,
+            slope: fit.slope,
+            middle_error: (fit.variance / fit.used).sqrt(),
+            slope_error: (fit.variance / fit.along).sqrt(),
+            quantile: t_quantile(fit.used as usize - 2)?,
+            spread: fit.variance.sqrt(),
+        })
     }
 
     /// The line through two that have the standard errors `errors`, s.
@@ -143,80 +113,53 @@ fn drift_ppm(slope: f64) -> f64 {
     -1e6 * slope / (1.0 + slope)
 }
 
+/// How the places of blocks may step.
+fn rules() -> Rules {
+    Rules {
+        overlap: 1.0,
+        clear: 0.0,
+        aside: 2,
+        steps: 1,
+        sizes: LEAST_STEP_S..f64::INFINITY,
+        steady: f64::INFINITY,
+        least: 1e-7,
+        outliers: Outliers::LeftOut,
+    }
+}
+
+/// Less the time of the recording, so that no digit is lost.
+fn locals(found: &[Found]) -> Vec<Local> {
+    let local = |one: &Found| Local {
+        at: one.recorded_s,
+        delay: one.drive_s - one.recorded_s,
+        weight: 1.0,
+    };
+    found.iter().map(local).collect()
+}
+
 /// The line through blocks without those that lie far from it, and which it was drawn with.
 pub(super) fn robust(found: &[Found]) -> Result<(Line, Vec<bool>), AlignError> {
-    let few = |found: usize| AlignError::FewBlocks { found };
-    let mut used: Vec<bool> = vec![true; found.len()];
-    let mut line = Line::through(found, &used).ok_or(few(found.len()))?;
-    // Twice: what is far from the first line has moved it.
-    for _ in 0..2 {
-        let sizes = found.iter().map(|one| line.residual(one).abs());
-        let sizes: Vec<f64> = sizes.collect();
-        let usual = median(&mut sizes.clone()).unwrap_or(0.0);
-        let limit = FAR * NORMAL * usual.max(1e-7);
-        for (used, size) in used.iter_mut().zip(&sizes) {
-            *used = *size <= limit;
-        }
-        let count = used.iter().filter(|used| **used).count();
-        line = Line::through(found, &used).ok_or(few(count))?;
-    }
-    Ok((line, used))
+    let fit = Fit::of(&locals(found), &[], Slope::Free, &rules());
+    let few = AlignError::FewBlocks { found: found.len() };
+    let Some(fit) = fit.filter(|fit| fit.used >= FEWEST_BLOCKS as f64) else {
+        return Err(few);
+    };
+    let line = Line::of(&fit).ok_or(few)?;
+    Ok((line, fit.left.iter().map(Option::is_some).collect()))
 }
 
 /// Where the places of blocks step from one line to a parallel one: the time of the recording and the step, s; the most certain step.
 pub(super) fn step(found: &[Found]) -> Option<[f64; 2]> {
-    let n = found.len();
-    let whole = squares(found, None)?;
-    let mut best: Option<(f64, [f64; 2])> = None;
-    for at in 2..n.saturating_sub(1) {
-        let Some(split) = squares(found, Some(at)) else {
-            continue;
-        };
-        let free = n as f64 - 3.0;
-        let gain = (whole.0 - split.0).max(0.0);
-        let errors = (gain / (split.0 / free).max(1e-18)).sqrt();
-        if best.is_none_or(|(most, _)| errors > most) {
-            let at_s = 0.5 * (found[at - 1].recorded_s + found[at].recorded_s);
-            best = Some((errors, [at_s, split.1]));
-        }
-    }
-    let (errors, [at_s, by_s]) = best?;
-    let needed = STEP_ERRORS * (1.0 + 3.0 / (n as f64 - 3.0));
-    (errors > needed && by_s.abs() >= LEAST_STEP_S).then_some([at_s, by_s])
-}
-
-/// The sum of squared residuals of a line, with a step before block `at` if there is one, and the step, s.
-fn squares(found: &[Found], at: Option<usize>) -> Option<(f64, f64)> {
     if found.len() < FEWEST_BLOCKS + 2 {
         return None;
     }
-    let parts = match at {
-        Some(at) => vec![&found[..at], &found[at..]],
-        None => vec![found],
+    // All of them count: what is behind a step lies far from the line before it.
+    let rules = Rules {
+        outliers: Outliers::Held,
+        ..rules()
     };
-    // One slope, and a level for each part.
-    let centred = parts.iter().map(|part| {
-        let x = mean(&part.iter().map(|one| one.recorded_s).collect::<Vec<_>>());
-        let y = part.iter().map(|one| one.drive_s - one.recorded_s);
-        let y = mean(&y.collect::<Vec<_>>());
-        (x, y)
-    });
-    let centred: Vec<(f64, f64)> = centred.collect();
-    let each = || {
-        parts.iter().zip(&centred).flat_map(|(part, (x, y))| {
-            part.iter().map(move |one| {
-                let along = one.recorded_s - x;
-                (along, one.drive_s - one.recorded_s - y)
-            })
-        })
-    };
-    let slope = each().map(|(x, y)| x * y).sum::<f64>() / each().map(|(x, _)| x * x).sum::<f64>();
-    let rest = each().map(|(x, y)| (y - slope * x).powi(2)).sum();
-    let step = match centred.as_slice() {
-        [before, behind] => behind.1 - before.1 - slope * (behind.0 - before.0),
-        _ => 0.0,
-    };
-    slope.is_finite().then_some((rest, step))
+    let Course { fit, steps, .. } = Course::of(&locals(found), &rules)?;
+    Some([*steps.first()?, *fit.jumps.first()?])
 }
 
 /// What `measure` finds by a clock that is corrected for a drift, with that drift: the correction at which it finds no other; and by how much

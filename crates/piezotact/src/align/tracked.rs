@@ -26,8 +26,6 @@ const ALIKE: f64 = 0.97;
 const AS_EXPECTED: f64 = 0.85;
 /// A place may be off by so much whatever the noise, samples: found against recordings of known clocks.
 const PLACE_SAMPLES: f64 = 0.03;
-/// A step between two neighbours has at least this share of what all blocks say of it.
-const SUDDEN: f64 = 0.5;
 /// The estimate takes blocks over so much time, s.
 const LEAST_S: f64 = 5.0;
 /// Clocks whose times differ by less in the whole run do not matter, samples.
@@ -308,18 +306,6 @@ impl ClockTracker {
         (fraction.abs() < 1.5).then_some((at as f64 + fraction, correlation))
     }
 
-    /// Where the delay stepped from one block to the next, by the clock of the input, and by how much, s.
-    fn stepped(&self, drift_ppm: f64) -> Option<[f64; 2]> {
-        let [at_s, by_s] = step(&self.found)?;
-        // A clock that wanders is a curve, and no step.
-        let sudden = self.found.windows(2).any(|pair| {
-            let later = |one: &Found| one.drive_s - one.recorded_s / (1.0 + 1e-6 * drift_ppm);
-            let beside = pair[0].recorded_s < at_s && at_s < pair[1].recorded_s;
-            beside && (later(&pair[1]) - later(&pair[0])) / by_s >= SUDDEN
-        });
-        sudden.then_some([at_s, -by_s])
-    }
-
     /// The clocks so far; `None` while too few blocks were found, or over too short a time.
     ///
     /// Formula: t(drive) = offset + t(input)/(1 + drift) by least squares over the places of blocks, without those further than five robust
@@ -335,7 +321,7 @@ impl ClockTracker {
             return None;
         }
         let (line, used) = robust(&self.found).ok()?;
-        let step_s = self.stepped(line.drift_ppm());
+        let step_s = step(&self.found).map(|[at_s, by_s]| [at_s, -by_s]);
         let [low, high] = line.drift_interval_ppm();
         Some(ClocksCompared {
             drift_ppm: line.drift_ppm(),

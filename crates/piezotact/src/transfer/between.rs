@@ -5,9 +5,9 @@ use serde::Serialize;
 
 use super::related::repeats_itself;
 use super::{
-    Bias, Estimator, Excitation, Found, ImpactConfig, ImpactTraces, Known, Limits, OneClock,
-    TransferError, TransferFunction, TransferReport, TransferWarning, Transient,
-    estimate_with_findings, prepared, transient,
+    Bias, Change, CrossSpectra, Estimate, Estimator, Excitation, Found, ImpactConfig, ImpactTraces,
+    Known, Limits, OneClock, TransferError, TransferFunction, TransferReport, TransferWarning,
+    Transient, estimate_with_findings, prepared, transient,
 };
 #[cfg(feature = "modal")]
 use super::{ImpactEstimate, impact::impacts};
@@ -17,6 +17,7 @@ use crate::integrity::{Broken, Pair, never_changes, warnings_beside};
 use crate::page::{Page, Shown};
 use crate::quantity::{Potential, Uncalibrated, Unit, Volts};
 use crate::recording::{Channel, Losses, Recording, RecordingWarning, ReversedSign};
+use crate::roles::Roles;
 use crate::series::Series;
 use crate::spectrum::WelchConfig;
 use crate::warning::Warning;
@@ -66,6 +67,9 @@ pub struct BetweenChannels {
     /// What a report draws of an impact test; absent for other drives.
     #[serde(skip)]
     pub traces: Option<ImpactTraces>,
+    /// The spectra it was estimated from; absent for an impact test.
+    #[serde(skip)]
+    pub spectra: Option<CrossSpectra<Uncalibrated, Uncalibrated>>,
 }
 
 impl Content for BetweenChannels {
@@ -78,6 +82,7 @@ impl Shown for BetweenChannels {
         let units = [&self.drive_unit, &self.response_unit];
         TransferReport {
             traces: self.traces.as_ref(),
+            spectra: self.spectra.as_ref(),
             ..TransferReport::of(title, &self.function, units)
         }
         .page()
@@ -123,6 +128,7 @@ pub fn between_channels(
         mut function,
         found,
         traces,
+        spectra,
     } = estimated(&drive, response.clone(), config, known)?;
     let band = function.tactile_band();
     if function.impact.is_none() && function.lines_in(band).next().is_none() {
@@ -150,6 +156,8 @@ pub fn between_channels(
     let broken = Broken::of(&pair);
     function.about.warnings.extend(broken.warnings(&pair));
     warning(&mut function, &found, units);
+    let change = function.change.take();
+    let mut function = function.with_change(change.map(|change| beside_force(change, recording)));
     describe(&mut function, recording, config);
     let beside = warnings_beside(recording, limit, (&pair, &broken));
     function.about.add_warnings(beside);
@@ -161,14 +169,16 @@ pub fn between_channels(
         response_unit,
         channels: [config.drive, config.response].map(str::to_owned),
         traces,
+        spectra,
     })
 }
 
-/// A transfer function, what its lines show, and what a report draws of it where it is that of an impact test.
+/// A transfer function, what its lines show, and what a report draws of it.
 struct Estimated {
     function: TransferFunction<Uncalibrated, Uncalibrated>,
     found: Found,
     traces: Option<ImpactTraces>,
+    spectra: Option<CrossSpectra<Uncalibrated, Uncalibrated>>,
 }
 
 /// The estimate for what the drive is taken for.
@@ -186,14 +196,19 @@ fn estimated(
         response,
         missing_s,
         warnings: clocks,
+        change,
     } = prepared(drive, response, &config.welch, known.lost_s.to_vec());
     let known = Known {
         lost_s: &missing_s,
         ..known
     };
-    let (mut function, found) =
-        estimate_with_findings(drive, &response, &config.welch, config.estimator, known)?;
+    let Estimate {
+        mut function,
+        found,
+        spectra,
+    } = estimate_with_findings(drive, &response, &config.welch, config.estimator, known)?;
     function.about.warnings.extend(clocks);
+    function.change = change;
     if config.excitation == Excitation::Found {
         let pulses = transient(response.samples(), response.rate());
         (function.about.warnings).extend(pulses.map(|Transient { hits, .. }| {
@@ -206,6 +221,7 @@ fn estimated(
         function,
         found,
         traces: None,
+        spectra: Some(spectra),
     })
 }
 
@@ -240,6 +256,7 @@ fn of_impacts(
         function,
         found: Found::default(),
         traces: Some(traces),
+        spectra: None,
     }))
 }
 
@@ -260,6 +277,16 @@ fn excited(
             found: unit.clone(),
         }),
         _ => Ok((drive, unit.clone())),
+    }
+}
+
+/// The change with the normal force in and outside it, where the recording holds one.
+fn beside_force(change: Change, recording: &Recording) -> Change {
+    let force = Roles::guess(recording).0.normal_force;
+    let force = force.and_then(|name| recording.raw(Some(name.as_str())).ok());
+    match force {
+        Some((_, force)) => change.with_force(force.samples(), force.rate()),
+        None => change,
     }
 }
 

@@ -1,12 +1,15 @@
 //! The report of a transfer function.
 
 use super::{
-    Bias, Distortion, DistortionLevels, Estimator, ImpactTraces, Limits, TransferFunction,
+    Bias, CrossSpectra, Distortion, DistortionLevels, Estimator, ImpactTraces, Limits,
+    TransferFunction,
 };
+use crate::criterion::Outcome;
 use crate::figure::{Axis, Chart, Figure, Line, Mark, Panels, Scale, Tone, range};
 use crate::number::digits;
 use crate::page::{Block, Cell, Column, Fact, Number, Page, Table, fixed};
 use crate::quantity::{Band, Decibels, Hertz, Quantity, Unit};
+use crate::warning::words::percent;
 
 const UNDER: Tone = Tone::Pale;
 const MEASURED: Tone = Tone::Main;
@@ -35,6 +38,8 @@ pub struct TransferReport<'a, I: Quantity, O: Quantity> {
     pub refused: Vec<String>,
     /// Forces, responses and windows of an impact test; absent for other drives.
     pub traces: Option<&'a ImpactTraces>,
+    /// The spectra it was estimated from; absent where they are not at hand.
+    pub spectra: Option<&'a CrossSpectra<I, O>>,
 }
 
 impl<'a, I: Quantity, O: Quantity> TransferReport<'a, I, O> {
@@ -57,6 +62,7 @@ impl<'a, I: Quantity, O: Quantity> TransferReport<'a, I, O> {
             repeats: None,
             refused: Vec::new(),
             traces: None,
+            spectra: None,
         }
     }
 
@@ -76,10 +82,20 @@ impl<'a, I: Quantity, O: Quantity> TransferReport<'a, I, O> {
             self.drive_unit,
             self.response_unit
         );
+        let (conclusion, outcome) = match &function.change {
+            Some(change) => (
+                format!(
+                    "The response changed during the measurement, over {} of it: this is a mean of several states. {conclusion}",
+                    percent(change.share)
+                ),
+                Some(Outcome::NotMet),
+            ),
+            None => (conclusion, None),
+        };
         let page = Page::new(&self.title, bench_line(function)).section(
             "",
             [
-                Block::conclusion(conclusion, None),
+                Block::conclusion(conclusion, outcome),
                 Block::numbers(self.numbers(judged)),
             ],
         );
@@ -90,6 +106,10 @@ impl<'a, I: Quantity, O: Quantity> TransferReport<'a, I, O> {
         }
         let shown = figure(function, judged, &self.unit);
         page = page.section("Transfer function", shown.map(Block::Figure));
+        if let Some(spectra) = self.spectra {
+            let blocks = super::in_time::blocks(self, spectra);
+            page = page.section("Impulse response and correlation", blocks);
+        }
         #[cfg(feature = "modal")]
         if let Some(hits) = super::impact_page::blocks(self) {
             page = page.section("Hits", hits);

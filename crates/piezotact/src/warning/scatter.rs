@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Example;
 use super::words::percent;
+use crate::quantity::Band;
 
 /// Warnings about what differs more than usual.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
@@ -88,6 +89,25 @@ pub enum Scatter {
         "recordings of one sample differ by more than their strokes do (p = {p_value:.3}): recordings are compared instead of strokes"
     )]
     Recordings { p_value: f64 },
+    /// The response to a drive while it is measured.
+    #[error(
+        "over {} of the recording, from {from_s:.1} to {to_s:.1} s, the response to the drive is not that of the rest ({by_db:+.1} dB and {by_deg:+.0}° \
+            in {band_hz}{}): the transfer function is a mean of both, and its limits do not hold for either",
+        percent(*share),
+        match force_n {
+            Some([then_n, rest_n]) => format!("; normal force {then_n:.2} N, else {rest_n:.2} N"),
+            None => String::new(),
+        }
+    )]
+    Response {
+        from_s: f64,
+        to_s: f64,
+        share: f64,
+        band_hz: Band,
+        by_db: f64,
+        by_deg: f64,
+        force_n: Option<[f64; 2]>,
+    },
     /// Levels within a recording, which wander by more than noise does.
     #[error(
         "the level or the spectrum varies within a recording by more than stationary noise would: the 95 % limits are computed from the differences \
@@ -125,6 +145,9 @@ impl Scatter {
             }
             Self::Hits { .. } => {
                 "check that all hits were at one point in one direction, and that nothing moved between them"
+            }
+            Self::Response { .. } => {
+                "check whether the finger lifted or moved, or the sensor is loose, and measure again"
             }
             Self::Recordings { .. } | Self::Parts => "record each sample several times",
         }
