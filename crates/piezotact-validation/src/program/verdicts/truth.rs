@@ -281,9 +281,14 @@ struct Line {
     scatter: f64,
 }
 
+/// A shorter target is judged with this much silence on either side, samples: 1 s, 0.2 s. What is delivered late belongs to it.
+const SHORT: usize = 5_000;
+const BESIDE: usize = 1_000;
+
 /// Target and delivered signal on one time, and the figures that do not depend on how a spectrum is looked at.
 struct Common {
     band: Band,
+    meant: Vec<f64>,
     delivered: Vec<f64>,
     figures: Vec<(Figure, f64)>,
 }
@@ -305,11 +310,15 @@ impl Common {
             Mode::Texture => case.delay,
         };
         let framed = at_times(&case.delivered, (0..n + 2 * LEAD).map(|i| i as f64 + delay));
-        let delivered = framed[LEAD..LEAD + n].to_vec();
+        let beside = if n < SHORT { BESIDE } else { 0 };
+        let judged = LEAD - beside..LEAD + n + beside;
         let (t, d) = (in_band(&meant), in_band(&framed));
-        let (t, d) = (&t[LEAD..LEAD + n], &d[LEAD..LEAD + n]);
+        let (t, d) = (&t[judged.clone()], &d[judged.clone()]);
+        let (meant, delivered) = (meant[judged.clone()].to_vec(), framed[judged].to_vec());
+        // The level of a short texture is that of its own time.
+        let level = energy(t) / n as f64;
         let outside = felt(&delivered, |hz| !band.contains(hz));
-        let share = outside / felt_power(&case.meant, band);
+        let share = outside / felt_power(&meant, band);
         let mut figures = vec![
             (Figure::Level, decibels(energy(d) / energy(t)).abs()),
             (Figure::Clipped, case.clipped_share),
@@ -318,7 +327,7 @@ impl Common {
                 Figure::FeltOutside,
                 if outside >= 1.0 { share } else { 0.0 },
             ),
-            (Figure::DropOut, drop_out(case, mode, t, d)),
+            (Figure::DropOut, drop_out(case, mode, t, d, level)),
         ];
         match mode {
             Mode::Replicate => {
@@ -327,13 +336,16 @@ impl Common {
                 let missed: f64 = t.iter().zip(d).map(|(t, d)| (t - d).powi(2)).sum();
                 figures.push((Figure::Correlation, 1.0 - product / both));
                 figures.push((Figure::Difference, missed / energy(t)));
-                figures.push((Figure::LostEvent, most_lost(t, d)));
-                figures.push((Figure::LevelOverTime, most_apart(t, d)));
+                figures.push((Figure::LostEvent, most_lost(t, d, level)));
+                figures.push((Figure::LevelOverTime, most_apart(t, d, level)));
             }
-            Mode::Texture => figures.push((Figure::LevelDistribution, distributions_apart(t, d))),
+            Mode::Texture => {
+                figures.push((Figure::LevelDistribution, distributions_apart(t, d, level)))
+            }
         }
         Self {
             band,
+            meant,
             delivered,
             figures,
         }
@@ -341,7 +353,7 @@ impl Common {
 
     fn figures(&self, case: &Case, mode: Mode, draw: Draw, ends: Ends) -> Vec<(Figure, f64)> {
         let lines = lines(
-            &ends.of(&case.meant),
+            &ends.of(&self.meant),
             &ends.of(&self.delivered),
             self.band,
             draw,
@@ -473,8 +485,7 @@ fn best_delay(t: &[f64], d: &[f64]) -> f64 {
 const SILENT: f64 = 0.01;
 
 /// The longest stretch of silence, ms.
-fn longest_silence(x: &[f64]) -> f64 {
-    let overall = energy(x) / x.len() as f64;
+fn longest_silence(x: &[f64], overall: f64) -> f64 {
     let (window, hop) = (25, 5);
     let mut longest: usize = 0;
     let mut now = 0;
@@ -489,12 +500,12 @@ fn longest_silence(x: &[f64]) -> f64 {
 }
 
 /// The longest drop-out, ms.
-fn drop_out(case: &Case, mode: Mode, t: &[f64], d: &[f64]) -> f64 {
+fn drop_out(case: &Case, mode: Mode, t: &[f64], d: &[f64], level: f64) -> f64 {
     let limit = Figure::DropOut.limit();
-    let own = longest_silence(t);
+    let own = longest_silence(t, level);
     if mode == Mode::Texture && own > limit {
         // When it is silent is free; for how long is not. Half as long again is no matter of how taps happen to lie.
-        let longer = longest_silence(d) - own;
+        let longer = longest_silence(d, energy(d) / energy(t) * level) - own;
         return match longer {
             longer if longer <= RIGHT_TO * limit => longer.max(0.0),
             longer if longer < 0.5 * own => limit,
@@ -510,8 +521,7 @@ fn drop_out(case: &Case, mode: Mode, t: &[f64], d: &[f64]) -> f64 {
 }
 
 /// By how much the delivered is below the target in the worst 20 ms that are loud in the target, dB.
-fn most_lost(t: &[f64], d: &[f64]) -> f64 {
-    let overall = energy(t) / t.len() as f64;
+fn most_lost(t: &[f64], d: &[f64], overall: f64) -> f64 {
     short_time(t, 100, 25)
         .iter()
         .zip(short_time(d, 100, 25))
@@ -521,8 +531,7 @@ fn most_lost(t: &[f64], d: &[f64]) -> f64 {
 }
 
 /// The largest difference of levels in windows of half a second, dB.
-fn most_apart(t: &[f64], d: &[f64]) -> f64 {
-    let overall = energy(t) / t.len() as f64;
+fn most_apart(t: &[f64], d: &[f64], overall: f64) -> f64 {
     short_time(t, 2_500, 1_250)
         .iter()
         .zip(short_time(d, 2_500, 1_250))
@@ -532,8 +541,8 @@ fn most_apart(t: &[f64], d: &[f64]) -> f64 {
 }
 
 /// The rms difference of the sorted levels of windows of 0.1 s, dB; what is silent counts as 20 dB below the target's level.
-fn distributions_apart(t: &[f64], d: &[f64]) -> f64 {
-    let floor = SILENT * energy(t) / t.len() as f64;
+fn distributions_apart(t: &[f64], d: &[f64], level: f64) -> f64 {
+    let floor = SILENT * level;
     let sorted = |x: &[f64]| {
         let mut levels: Vec<f64> = short_time(x, 500, 125)
             .iter()
