@@ -155,11 +155,11 @@ fn sensor(kind: Kind, scene: &Scene, case: &mut Case, draws: &mut Draws) {
     let texture = LEAD..LEAD + scene.target.len();
     match kind {
         Kind::SensorClips(share) => {
-            let limit = limit_for(&case.seen[texture], share);
+            let limit = limit_for(&case.seen[texture.clone()], share);
+            case.clipped_share = share_beyond(&case.seen[texture], limit);
             case.seen
                 .iter_mut()
                 .for_each(|v| *v = v.clamp(-limit, limit));
-            case.clipped_share = share;
         }
         Kind::SensorFrozen => {
             let gap = place(scene, 0.3, draws);
@@ -185,6 +185,11 @@ fn limit_for(x: &[f64], share: f64) -> f64 {
     let mut sizes: Vec<f64> = x.iter().map(|v| v.abs()).collect();
     sizes.sort_by(f64::total_cmp);
     sizes[((1.0 - share) * sizes.len() as f64) as usize]
+}
+
+/// The share of samples of which a limit takes 5 % (0.4 dB) or more: the peaks of a tone are alike, and lose less.
+fn share_beyond(x: &[f64], limit: f64) -> f64 {
+    x.iter().filter(|v| v.abs() > 1.05 * limit).count() as f64 / x.len() as f64
 }
 
 /// Where a gap of `lasts_s` falls, framed: anywhere, and for taps with odd seeds on one of them.
@@ -273,8 +278,8 @@ impl Making<'_> {
             }
             Clipped(share) => {
                 let limit = limit_for(&self.case.delivered[self.texture()], share);
+                self.case.clipped_share = share_beyond(&self.case.delivered[self.texture()], limit);
                 self.each(|v| v.clamp(-limit, limit));
-                self.case.clipped_share = share;
             }
             _ => return self.happen_in_time(kind, draws),
         }

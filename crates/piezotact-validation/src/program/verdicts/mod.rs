@@ -129,6 +129,10 @@ impl Judged {
 
     fn gross(&self) -> bool {
         let gross = match self.kind.size() {
+            // Of a decaying noise the second half holds little, and a spectrum of one segment scatters.
+            Size::Gross if self.texture.is_short() && self.mode == Mode::Texture => {
+                self.kind != Kind::SecondHalfSilent
+            }
             Size::Gross => true,
             Size::GrossWaveform => self.mode == Mode::Replicate,
             Size::Usual => false,

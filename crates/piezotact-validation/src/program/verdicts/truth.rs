@@ -46,6 +46,7 @@ pub(super) enum Figure {
     Added,
     FeltOutside,
     LostEvent,
+    AddedEvent,
     DropOut,
     LevelOverTime,
     LevelDistribution,
@@ -54,7 +55,7 @@ pub(super) enum Figure {
 }
 
 impl Figure {
-    pub(super) const ALL: [Self; 15] = [
+    pub(super) const ALL: [Self; 16] = [
         Self::Level,
         Self::Spectrum,
         Self::SpectrumByPower,
@@ -65,6 +66,7 @@ impl Figure {
         Self::Added,
         Self::FeltOutside,
         Self::LostEvent,
+        Self::AddedEvent,
         Self::DropOut,
         Self::LevelOverTime,
         Self::LevelDistribution,
@@ -79,7 +81,7 @@ impl Figure {
             Self::Correlation => 0.05,
             Self::Difference | Self::Added | Self::FeltOutside | Self::GivenUp => 0.1,
             Self::Clipped => 0.001,
-            Self::LostEvent => 6.0,
+            Self::LostEvent | Self::AddedEvent => 6.0,
             Self::DropOut => 15.0,
             Self::LevelOverTime | Self::LevelDistribution => 3.0,
             Self::Uncovered => 0.05,
@@ -98,6 +100,7 @@ impl Figure {
             Self::Added => "added power share",
             Self::FeltOutside => "felt outside the band, share",
             Self::LostEvent => "lost event, dB",
+            Self::AddedEvent => "added event, dB",
             Self::DropOut => "drop-out, ms",
             Self::LevelOverTime => "level over time, dB",
             Self::LevelDistribution => "distribution of levels, dB",
@@ -121,12 +124,15 @@ impl Figure {
             Self::Added => "both: on lines without target power, over the target's power",
             Self::FeltOutside => "both: over the target's felt power, where it can be felt at all",
             Self::LostEvent => "replicate: 20 ms of the target, no more than 6 dB below its level",
+            Self::AddedEvent => {
+                "replicate: of a short texture, 20 ms of the delivered no more than 6 dB below the target's level"
+            }
             Self::DropOut => {
                 "both: silence where the target is within 6 dB of its level; of the taps in texture mode, silence longer than the target's longest"
             }
-            Self::LevelOverTime => "replicate: windows of 0.5 s",
+            Self::LevelOverTime => "replicate: windows of 0.5 s, of a short texture 0.1 s",
             Self::LevelDistribution => {
-                "texture: between the sorted levels of windows of 0.1 s, rms"
+                "texture: between the sorted levels of windows of 0.1 s (short: 20 ms), rms"
             }
             Self::GivenUp => {
                 "both: of the target, told as not achievable; to pass in part is right"
@@ -337,6 +343,9 @@ impl Common {
                 figures.push((Figure::Correlation, 1.0 - product / both));
                 figures.push((Figure::Difference, missed / energy(t)));
                 figures.push((Figure::LostEvent, most_lost(t, d, level)));
+                if beside > 0 {
+                    figures.push((Figure::AddedEvent, most_lost(d, t, level)));
+                }
                 figures.push((Figure::LevelOverTime, most_apart(t, d, level)));
             }
             Mode::Texture => {
@@ -530,21 +539,31 @@ fn most_lost(t: &[f64], d: &[f64], overall: f64) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// The largest difference of levels in windows of half a second, dB.
+/// The largest difference of levels in windows of half a second, of a short texture of 0.1 s, dB.
 fn most_apart(t: &[f64], d: &[f64], overall: f64) -> f64 {
-    short_time(t, 2_500, 1_250)
+    let window = if t.len() < SHORT + 2 * BESIDE {
+        500
+    } else {
+        2_500
+    };
+    short_time(t, window, window / 2)
         .iter()
-        .zip(short_time(d, 2_500, 1_250))
+        .zip(short_time(d, window, window / 2))
         .filter(|(t, _)| **t >= 0.03 * overall)
         .map(|(t, d)| decibels(d / t).abs())
         .fold(0.0, f64::max)
 }
 
-/// The rms difference of the sorted levels of windows of 0.1 s, dB; what is silent counts as 20 dB below the target's level.
+/// The rms difference of the sorted levels of windows of 0.1 s, of a short texture 20 ms, dB; what is silent counts as 20 dB below the target's level.
 fn distributions_apart(t: &[f64], d: &[f64], level: f64) -> f64 {
     let floor = SILENT * level;
+    let window = if t.len() < SHORT + 2 * BESIDE {
+        100
+    } else {
+        500
+    };
     let sorted = |x: &[f64]| {
-        let mut levels: Vec<f64> = short_time(x, 500, 125)
+        let mut levels: Vec<f64> = short_time(x, window, window / 4)
             .iter()
             .map(|level| decibels(level + floor))
             .collect();
