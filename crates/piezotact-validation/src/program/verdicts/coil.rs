@@ -18,7 +18,7 @@ const FULL_SCALE_M_S2: f64 = 20.0;
 /// From the digital drive to the nail of participant `number`, (m/s²) at full scale. People differ by some 12 % in the frequencies
 /// of the modes, placements by 1 %; a heavier load makes both stiffer.
 ///
-/// Formula: Σ aᵢ·f²/(f² − fᵢ² − 2j·ζᵢ·fᵢ·f)·exp(−2πj·f·τ)/(1 + j·f/f_c).
+/// Formula: `Σ aᵢ·f²/(f² − fᵢ² − 2j·ζᵢ·fᵢ·f)·exp(−2πj·f·τ)/(1 + j·f/f_c)`.
 pub(super) fn response(
     number: u64,
     seed: u64,
