@@ -135,6 +135,8 @@ pub(super) struct Compared<'a> {
     pub(super) rate_hz: f64,
     /// The mean square of the sensor's noise.
     pub(super) noise_power: f64,
+    /// The share that is not the silence around a short target, 0–1.
+    pub(super) effect_share: f64,
 }
 
 impl Compared<'_> {
@@ -402,11 +404,12 @@ impl Compared<'_> {
     /// certain to possible events.
     ///
     /// Formula: windows of 10 ms that hold four times the power that they should, and more than a tenth of the target's mean
-    /// power (may be: 0.03) and eight times the usual difference above it; n windows in a row are (n − 1)·2.5 ms + 10 ms.
+    /// power (may be: 0.03), over its own time where it is short, and eight times the usual difference above it; n windows in a row are (n − 1)·2.5 ms + 10 ms.
     pub(super) fn added_while_following(&self) -> Found {
         let ([wanted, got], hop_s) = self.short();
         let gain = self.gain();
-        let mean = gain * wanted.iter().sum::<f64>() / wanted.len().max(1) as f64;
+        let windows = wanted.len().max(1) as f64 * self.effect_share;
+        let mean = gain * wanted.iter().sum::<f64>() / windows;
         let scale = gain.max(0.0).sqrt();
         let pairs = self.target.iter().zip(self.measured);
         let difference: Vec<f64> = pairs.map(|(t, m)| m - scale * t).collect();
@@ -431,10 +434,13 @@ impl Compared<'_> {
     }
 
     /// The same for another realisation: windows that exceed the median window by 6 dB more than any of the target does
-    /// (possible events: 4 dB).
+    /// (possible events: 4 dB). A short effect has too few windows for a median: its power is the reference.
     pub(super) fn added_crests(&self) -> Found {
         let ([wanted, got], hop_s) = self.short();
-        let (usual_wanted, usual_got) = (typical(&wanted), typical(&got));
+        let (usual_wanted, usual_got) = match self.effect_share < 1.0 {
+            true => (1.0, self.gain()),
+            false => (typical(&wanted), typical(&got)),
+        };
         let highest =
             wanted.iter().copied().fold(0.0, f64::max) / usual_wanted.max(f64::MIN_POSITIVE);
         let longest =

@@ -37,6 +37,8 @@ pub(super) struct Evidence<'a> {
     pub(super) frozen_s: Option<f64>,
     /// The longest straight line that replaces lost samples within the compared part, s.
     pub(super) bridged_s: f64,
+    /// The silence that was put around a short target, s.
+    pub(super) silence_s: f64,
     pub(super) clock: &'a Clock,
     /// Whether the quantity is an acceleration, for which detection thresholds are known.
     pub(super) felt: bool,
@@ -368,11 +370,13 @@ fn limited(evidence: &Evidence<'_>, all: &Sums, noise_power: f64) -> Criterion<V
 
 fn compared<'a>(evidence: &Evidence<'a>, noise_power: f64) -> Compared<'a> {
     let [target, measured] = evidence.waveforms;
+    let effect = target.len() as f64 - 2.0 * evidence.silence_s * evidence.rate.hz();
     Compared {
         target,
         measured,
         rate_hz: evidence.rate.hz(),
         noise_power,
+        effect_share: effect.max(1.0) / (target.len() as f64).max(1.0),
     }
 }
 
@@ -409,7 +413,9 @@ fn in_time(
             .map(|found| of(VerifyCriterion::ShortTimeDistribution, "dB", found, level)),
     };
     let dropped = of(VerifyCriterion::DropOut, "s", dropped, drop_out);
-    let added = if all.follows() && !free {
+    // So does a short effect of another phase: it begins and ends elsewhere.
+    let short = evidence.config.mode == Mode::Texture && evidence.silence_s > 0.0;
+    let added = if all.follows() && !free && !short {
         compared.added_while_following()
     } else {
         compared.added_crests()

@@ -471,6 +471,7 @@ fn judgement<Q: Quantity>(
         clipped_drive: measured.clipping.of_the_drive,
         frozen_s: frozen(response, aligned),
         bridged_s: bridged(response, aligned),
+        silence_s: rate.duration_of(asked.silence).0,
         clock,
         felt: Q::UNIT == crate::quantity::Unit::MetrePerSecondSquared,
         rate,

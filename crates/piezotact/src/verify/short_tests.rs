@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use super::verdict_tests::{RATE_HZ, band, noise, recorded, series, usual};
 use super::*;
+use crate::criterion::Outcome;
 use crate::render::fade_ends;
 
 const DURATIONS_S: [f64; 6] = [0.005, 0.012, 0.03, 0.08, 0.17, 0.3];
@@ -26,8 +27,12 @@ fn effects(seconds: f64) -> [(&'static str, Vec<f64>); 3] {
 /// Silence before and after what is delivered, samples.
 const SILENCE: usize = 1250;
 
-/// `delivered` within the band, as a rendering delivers it, judged against `target`.
 fn judged(target: &[f64], delivered: &[f64], seed: u64) -> Verification {
+    judged_as(Mode::Replicate, target, delivered, seed)
+}
+
+/// `delivered` within the band, as a rendering delivers it, judged against `target`.
+fn judged_as(mode: Mode, target: &[f64], delivered: &[f64], seed: u64) -> Verification {
     let mut played = vec![0.0; delivered.len() + 2 * SILENCE];
     played[SILENCE..SILENCE + delivered.len()].copy_from_slice(delivered);
     let played = align::in_band(&played, series(played.clone()).rate(), band());
@@ -36,6 +41,7 @@ fn judged(target: &[f64], delivered: &[f64], seed: u64) -> Verification {
             band: band(),
             edge_ratio: 0.1,
         }),
+        mode,
         ..usual()
     };
     let measured = recorded(&played, seed);
@@ -116,4 +122,50 @@ fn wrong_short_effects_do_not_pass() {
             }
         }
     }
+}
+
+/// Half a period late, the end of a tone was an event that the target does not have.
+#[test]
+fn the_spectrum_alone_of_a_short_effect_may_have_another_phase() {
+    for seconds in [0.03, 0.08] {
+        let [_, (_, burst), _] = effects(seconds);
+        let inverted: Vec<f64> = burst.iter().map(|v| -v).collect();
+        let reversed: Vec<f64> = burst.iter().rev().copied().collect();
+        for (what, delivered) in [("inverted", inverted), ("reversed", reversed)] {
+            let v = judged_as(Mode::Texture, &burst, &delivered, 1);
+            let mut criteria = v.criteria.iter();
+            let added = criteria.find(|c| c.what == VerifyCriterion::AddedEvent);
+            assert_eq!(
+                added.unwrap().outcome,
+                Outcome::Met,
+                "{what}, {seconds} s: {}",
+                v.sentence()
+            );
+            assert_ne!(v.verdict, Verdict::NotPassed, "{what}, {seconds} s");
+        }
+        let mut louder = burst.clone();
+        louder.extend([0.0; 60]);
+        louder.extend(burst.iter().map(|v| 2.5 * v));
+        let v = judged_as(Mode::Texture, &burst, &louder, 1);
+        assert_eq!(v.verdict, Verdict::NotPassed, "twice, {seconds} s");
+    }
+}
+
+/// An event counts by the level of the effect, not by that of the silence around it.
+#[test]
+fn what_is_20_db_below_a_short_effect_is_no_event() {
+    let (_, burst) = effects(0.08)[1].clone();
+    let with_echo = |gain: f64| {
+        let mut delivered = burst.clone();
+        delivered.extend([0.0; 60]);
+        delivered.extend(burst[..75].iter().map(|v| gain * v));
+        let v = judged_as(Mode::Replicate, &burst, &delivered, 1);
+        let mut criteria = v.criteria.iter();
+        criteria
+            .find(|c| c.what == VerifyCriterion::AddedEvent)
+            .unwrap()
+            .outcome
+    };
+    assert_eq!(with_echo(0.1), Outcome::Met);
+    assert_eq!(with_echo(0.5), Outcome::NotMet);
 }

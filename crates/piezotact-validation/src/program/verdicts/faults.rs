@@ -12,7 +12,9 @@ use piezotact::verify::{RenderedBand, VerifyConfig};
 
 use super::kinds::Kind;
 use super::parts::{ThirdOctaves, Which, line, within, within_band};
-use super::scene::{FingerPlacement, LEAD, Scene, TAP_S, TAPS, Texture, tap_at};
+use super::scene::{
+    FingerPlacement, LEAD, Scene, TAP_S, TAPS, TICK_S, TRAIN_S, Texture, strike, tap_at,
+};
 use super::signal::{
     Draws, RATE_HZ, amplitude, at_times, bins_of, decibels, delayed, energy, filtered, shaped,
     signal_of,
@@ -83,12 +85,13 @@ impl Case {
             scene.seed,
             &format!("{} {}", scene.texture.name(), kind.name()),
         );
-        if matches!(kind, Kind::TapsLost(_)) && scene.texture != Texture::Taps {
+        if !kind.happens_to(scene.texture, scene.target.len()) {
             return Ok(None);
         }
         // To have the spectrum, a rendering may have any phases: with every other seed it has others, where the texture is
         // the same all the time.
-        let steady = !matches!(scene.texture, Texture::Taps | Texture::Modulated);
+        let steady = !scene.texture.is_short()
+            && !matches!(scene.texture, Texture::Taps | Texture::Modulated);
         let played = if mode == Mode::Texture && steady && scene.seed.is_multiple_of(2) {
             with_random_phases(&scene.target, &mut draws)
         } else {
@@ -109,6 +112,7 @@ impl Case {
                 | Kind::RandomWalk
                 | Kind::FirstHalfTwice
                 | Kind::Pause(_)
+                | Kind::TickLate
         );
         let mut making = Making {
             case: Self {
@@ -151,11 +155,11 @@ fn sensor(kind: Kind, scene: &Scene, case: &mut Case, draws: &mut Draws) {
     let texture = LEAD..LEAD + scene.target.len();
     match kind {
         Kind::SensorClips(share) => {
-            let limit = limit_for(&case.seen[texture], share);
+            let limit = limit_for(&case.seen[texture.clone()], share);
+            case.clipped_share = share_beyond(&case.seen[texture], limit);
             case.seen
                 .iter_mut()
                 .for_each(|v| *v = v.clamp(-limit, limit));
-            case.clipped_share = share;
         }
         Kind::SensorFrozen => {
             let gap = place(scene, 0.3, draws);
@@ -181,6 +185,11 @@ fn limit_for(x: &[f64], share: f64) -> f64 {
     let mut sizes: Vec<f64> = x.iter().map(|v| v.abs()).collect();
     sizes.sort_by(f64::total_cmp);
     sizes[((1.0 - share) * sizes.len() as f64) as usize]
+}
+
+/// The share of samples of which a limit takes 5 % (0.4 dB) or more: the peaks of a tone are alike, and lose less.
+fn share_beyond(x: &[f64], limit: f64) -> f64 {
+    x.iter().filter(|v| v.abs() > 1.05 * limit).count() as f64 / x.len() as f64
 }
 
 /// Where a gap of `lasts_s` falls, framed: anywhere, and for taps with odd seeds on one of them.
@@ -269,8 +278,8 @@ impl Making<'_> {
             }
             Clipped(share) => {
                 let limit = limit_for(&self.case.delivered[self.texture()], share);
+                self.case.clipped_share = share_beyond(&self.case.delivered[self.texture()], limit);
                 self.each(|v| v.clamp(-limit, limit));
-                self.case.clipped_share = share;
             }
             _ => return self.happen_in_time(kind, draws),
         }
@@ -315,13 +324,45 @@ impl Making<'_> {
                 let first = self.played[..half].to_vec();
                 self.case.delivered = scene.good(&[first.clone(), first].concat());
             }
+            AttackMissing => {
+                let lost = (self.played.len() / 4).min(250);
+                let mut played = self.played.clone();
+                played[..lost].fill(0.0);
+                self.case.delivered = scene.good(&played);
+            }
+            AttackSmeared => {
+                let rises = (self.played.len() / 3).min(300) as f64;
+                let played = self.played.iter().enumerate();
+                let played = played.map(|(i, v)| v * piezotact::fourier::fade(i as f64 / rises));
+                self.case.delivered = scene.good(&played.collect::<Vec<f64>>());
+            }
+            TickLost | TickLate => {
+                let tick = (draws.uniform() * TRAIN_S.len() as f64) as usize;
+                let at = (TRAIN_S[tick] * RATE_HZ) as usize;
+                let tick = at..at + (TICK_S * RATE_HZ) as usize;
+                let mut played = self.played.clone();
+                let later = played[tick.clone()].to_vec();
+                played[tick.clone()].fill(0.0);
+                if kind == TickLate {
+                    let late = (0.01 * RATE_HZ) as usize;
+                    let later = later.iter().zip(&mut played[tick.start + late..]);
+                    later.for_each(|(tick, v)| *v += tick);
+                } else {
+                    let framed = LEAD + tick.start..LEAD + tick.end;
+                    self.case.gaps.push(Gap::of(&self.case.delivered, framed));
+                }
+                self.case.delivered = scene.good(&played);
+            }
             FadeUntold(s) => self.case.delivered = scene.good(&faded(&self.played, s)),
             Faster(share) => {
-                // It begins again, so that it is as long.
+                // It begins again, so that it is as long, unless it is short.
                 let n = scene.target.len();
-                let twice = self.played.repeat(2);
+                let (played, n) = match scene.texture.is_short() {
+                    true => (self.played.clone(), (n as f64 / (1.0 + share)) as usize),
+                    false => (self.played.repeat(2), n),
+                };
                 let times = (0..n).map(|i| i as f64 * (1.0 + share));
-                self.case.delivered = scene.good(&at_times(&twice, times));
+                self.case.delivered = scene.good(&at_times(&played, times));
             }
             Wander(ms) => {
                 let turn = draws.uniform();
@@ -395,6 +436,16 @@ impl Making<'_> {
         let samples = scene.frame_samples();
         let play = FingerPlacement::anew("play");
         match kind {
+            DriveSaturates(share) => {
+                let response = device.own(play);
+                let one = |_| Complex::from(1.0);
+                let mut drive = scene.delivered(&self.played, one, |hz| device.measured_at(hz));
+                let limit = share * drive.iter().fold(0.0, |most: f64, v| v.abs().max(most));
+                for v in &mut drive {
+                    *v /= (1.0 + (*v / limit).powi(4)).powf(0.25);
+                }
+                self.case.delivered = filtered(&drive, response);
+            }
             Exact => {
                 let one = |_| Complex::from(1.0);
                 self.case.delivered = scene.delivered(&self.played, one, one);
@@ -522,6 +573,20 @@ impl Making<'_> {
                 let threshold = Weighting::DetectionThreshold.threshold_m_s2(Hertz(12.0));
                 let felt = super::truth::felt_power(&self.scene.target, self.scene.band);
                 playing(tone(12.0, threshold * (0.5 * felt.max(4.0)).sqrt()))
+            }
+            Kind::ClickAdded => {
+                let after = match self.scene.texture {
+                    Texture::Train => (0.33 * RATE_HZ) as usize,
+                    _ => self.scene.target.len() + (0.04 * RATE_HZ) as usize,
+                };
+                let high = self
+                    .scene
+                    .target
+                    .iter()
+                    .fold(0.0, |most: f64, v| v.abs().max(most));
+                let mut click = vec![0.0; samples];
+                strike(&mut click[LEAD + after..][..25], 300.0, high, 0.0015);
+                shaped(&click, within_band(self.scene.band))
             }
             Kind::HumPlaying => playing(hum(rms * amplitude(-3.0))),
             Kind::HumThroughout => hum(rms * amplitude(-3.0)),

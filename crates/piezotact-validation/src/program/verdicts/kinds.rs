@@ -1,5 +1,7 @@
 //! The kinds of rendering in the benchmark: faults, and differences that are still right.
 
+use super::scene::Texture;
+
 /// A modification of a rendering or of its recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Kind {
@@ -30,6 +32,16 @@ pub(super) enum Kind {
     FirstHalfTwice,
     /// A fade of so many seconds at both ends.
     FadeUntold(f64),
+    /// The first quarter of a short texture.
+    AttackMissing,
+    /// The first third rises.
+    AttackSmeared,
+    /// A click as high as the texture, 40 ms after it, or in a pause.
+    ClickAdded,
+    /// A tick of a train.
+    TickLost,
+    /// 10 ms later than the others.
+    TickLate,
     Echo,
     /// Played faster by this share.
     Faster(f64),
@@ -52,6 +64,8 @@ pub(super) enum Kind {
     // Limits.
     Clipped(f64),
     SoftSaturation,
+    /// The drive saturates beyond this share of its peak.
+    DriveSaturates(f64),
     SensorClips(f64),
     SensorFrozen,
     // Another one.
@@ -134,8 +148,16 @@ impl Kind {
             SecondHalfSilent,
             FirstHalfTwice,
             FadeUntold(0.5),
+            FadeUntold(0.02),
+            AttackMissing,
+            AttackSmeared,
+            ClickAdded,
+            TickLost,
+            TickLate,
             Echo,
             Faster(0.03),
+            Faster(0.2),
+            Faster(-0.2),
             Wander(0.5),
             Wander(1.0),
             Wander(3.0),
@@ -155,6 +177,8 @@ impl Kind {
             Clipped(0.2),
             Clipped(0.45),
             SoftSaturation,
+            DriveSaturates(0.4),
+            DriveSaturates(0.8),
             SensorClips(0.01),
             SensorClips(0.05),
             SensorFrozen,
@@ -203,6 +227,37 @@ impl Kind {
         ]
     }
 
+    /// Whether it can happen to this texture of so many samples.
+    pub(super) fn happens_to(self, texture: Texture, samples: usize) -> bool {
+        match self {
+            Self::TapsLost(_) => texture == Texture::Taps,
+            Self::TickLost | Self::TickLate => texture == Texture::Train,
+            Self::AttackMissing | Self::AttackSmeared | Self::ClickAdded => texture.is_short(),
+            Self::Faster(share) if share.abs() > 0.1 => texture.is_short(),
+            Self::Clipped(share) | Self::SensorClips(share) => share * samples as f64 >= 3.0,
+            Self::FadeUntold(s) => s < 0.1 || !texture.is_short(),
+            // They last longer than a short texture, or are narrower than its lines.
+            Self::Modulated(_)
+            | Self::StrongestLineMissing
+            | Self::WeakLineMissing
+            | Self::OneLine
+            | Self::DropOut(_)
+            | Self::Pause(_)
+            | Self::Wander(_)
+            | Self::RandomWalk
+            | Self::ToneBelowBand
+            | Self::SensorFrozen
+            | Self::LostSamples
+            | Self::AnotherDraw
+            | Self::AnotherDrawLevel(_)
+            | Self::AnotherDrawBandMissing
+            | Self::AnotherDrawTilted
+            | Self::StrongestGivenUp
+            | Self::TopGivenUp => !texture.is_short(),
+            _ => true,
+        }
+    }
+
     pub(super) fn size(self) -> Size {
         match self {
             Self::Level(db) if db.abs() >= 6.0 => Size::Gross,
@@ -234,6 +289,11 @@ impl Kind {
             Self::FadeUntold(s) => format!("fade {:.0} ms", s * 1e3),
             Self::Echo => "echo 30 ms".into(),
             Self::Faster(share) => format!("{:.0} % faster", share * 100.0),
+            Self::AttackMissing => "attack missing".into(),
+            Self::AttackSmeared => "attack smeared".into(),
+            Self::ClickAdded => "click added".into(),
+            Self::TickLost => "tick lost".into(),
+            Self::TickLate => "tick 10 ms late".into(),
             Self::Wander(ms) => format!("delay wanders ±{ms} ms"),
             Self::RandomWalk => "delay walks at random".into(),
             Self::Polarity => "polarity".into(),
@@ -249,6 +309,7 @@ impl Kind {
             Self::HumThroughout => "hum throughout".into(),
             Self::Clipped(share) => format!("clipped {:.0} %", share * 100.0),
             Self::SoftSaturation => "soft saturation".into(),
+            Self::DriveSaturates(share) => format!("drive saturates at {:.0} %", share * 100.0),
             Self::SensorClips(share) => format!("sensor clips {:.0} %", share * 100.0),
             Self::SensorFrozen => "sensor frozen 300 ms".into(),
             Self::WrongPerson(0) => "wrong person, most different".into(),

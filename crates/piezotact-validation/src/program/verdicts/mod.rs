@@ -3,6 +3,7 @@
 
 #![allow(clippy::print_stdout, reason = "it prints a table")]
 
+mod coil;
 mod faults;
 mod kinds;
 mod parts;
@@ -21,7 +22,7 @@ use piezotact::verify::{Measured, Verdict, verify};
 use super::signal;
 use faults::Case;
 use kinds::{Kind, Size};
-use scene::{Device, Scene, Texture, series};
+use scene::{Actuator, Device, Scene, Texture, series};
 use truth::{Fact, Figure, RIGHT_TO, Truth, WRONG_FROM, truth};
 
 const MODES: [Mode; 2] = [Mode::Replicate, Mode::Texture];
@@ -31,6 +32,7 @@ const MOST_NOT_DECIDED: f64 = 0.1;
 
 /// What of the benchmark is run.
 struct Part {
+    devices: Vec<Actuator>,
     textures: Vec<Texture>,
     seeds: Vec<u64>,
     modes: Vec<Mode>,
@@ -49,6 +51,7 @@ enum Listed {
 impl Part {
     fn all() -> Self {
         Self {
+            devices: Actuator::ALL.to_vec(),
             textures: Texture::ALL.to_vec(),
             seeds: (1..=5).collect(),
             modes: MODES.to_vec(),
@@ -57,22 +60,27 @@ impl Part {
         }
     }
 
-    /// `textures=taps,tonal seeds=2 modes=texture kinds=drop,hum`: those whose name holds one of the words; seeds from 1 up to
+    /// `devices=coil textures=taps,tonal seeds=2 modes=texture kinds=drop,hum`: those whose name holds one of the words; seeds from 1 up to
     /// the number.
     fn of(words: &[&str]) -> Result<Self> {
         let mut part = Self::all();
         for word in words {
             let Some((what, which)) = word.split_once('=') else {
-                bail!("expected textures=…, seeds=…, modes=…, kinds=… or list=all, found {word}");
+                bail!(
+                    "expected devices=…, textures=…, seeds=…, modes=…, kinds=… or list=all, found {word}"
+                );
             };
             let asked = |name: &str| which.split(',').any(|which| name.contains(which));
             match what {
+                "devices" => part.devices.retain(|device| asked(device.name())),
                 "textures" => part.textures.retain(|texture| asked(texture.name())),
                 "seeds" => part.seeds = (1..=which.parse()?).collect(),
                 "modes" => part.modes.retain(|mode| asked(mode.name())),
                 "kinds" => part.kinds.retain(|kind| asked(&kind.name())),
                 "list" if which == "all" => part.listed = Listed::All,
-                _ => bail!("expected textures, seeds, modes, kinds or list=all, found {word}"),
+                _ => bail!(
+                    "expected devices, textures, seeds, modes, kinds or list=all, found {word}"
+                ),
             }
         }
         Ok(part)
@@ -81,6 +89,7 @@ impl Part {
 
 /// One rendering judged.
 struct Judged {
+    device: Actuator,
     texture: Texture,
     seed: u64,
     mode: Mode,
@@ -106,6 +115,7 @@ impl Judged {
             Err(error) => (Verdict::NotDecided, error.to_string()),
         };
         Ok(Some(Self {
+            device: scene.device.actuator,
             texture: scene.texture,
             seed: scene.seed,
             mode,
@@ -119,6 +129,10 @@ impl Judged {
 
     fn gross(&self) -> bool {
         let gross = match self.kind.size() {
+            // Of a decaying noise the second half holds little, and a spectrum of one segment scatters.
+            Size::Gross if self.texture.is_short() && self.mode == Mode::Texture => {
+                self.kind != Kind::SecondHalfSilent
+            }
             Size::Gross => true,
             Size::GrossWaveform => self.mode == Mode::Replicate,
             Size::Usual => false,
@@ -143,9 +157,10 @@ impl fmt::Display for Judged {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "{}, {}, {} {}: {}; verify: {}",
+            "{}, {}, {} {} {}: {}; verify: {}",
             self.kind.name(),
             self.mode.name(),
+            self.device.name(),
             self.texture.name(),
             self.seed,
             self.truth,
@@ -208,17 +223,18 @@ pub(super) fn in_threads<T: Send>(
 }
 
 fn judge(part: &Part) -> Result<Vec<Judged>> {
-    let pairs: Vec<(Texture, u64)> = part
-        .textures
+    let people: Vec<(Actuator, u64)> = part
+        .devices
         .iter()
-        .flat_map(|texture| part.seeds.iter().map(|seed| (*texture, *seed)))
+        .flat_map(|device| part.seeds.iter().map(|seed| (*device, *seed)))
         .collect();
-    let devices = in_threads(part.seeds.len(), |i| {
-        Ok(Arc::new(Device::of(part.seeds[i])?))
+    let devices = in_threads(people.len(), |i| {
+        let (actuator, seed) = people[i];
+        Ok(Arc::new(Device::of(seed, actuator)?))
     })?;
-    let scenes = in_threads(pairs.len(), |i| {
-        let (texture, seed) = pairs[i];
-        Scene::new(texture, seed, &devices[i % devices.len()])
+    let scenes = in_threads(part.textures.len() * people.len(), |i| {
+        let (texture, person) = (part.textures[i / people.len()], i % people.len());
+        Scene::new(texture, people[person].1, &devices[person])
     })?;
     let works: Vec<(&Scene, Kind, Mode)> = scenes
         .iter()

@@ -16,9 +16,11 @@ pub(super) fn within(band: [f64; 2], inside: f64) -> impl Fn(f64) -> f64 {
 
 /// Powers of `x` in these bands.
 fn powers(x: &[f64], bands: &[[f64; 2]]) -> Vec<f64> {
-    let bins = bins_of(x, x.len());
+    // The bins of a short texture lie further apart than a third octave reaches.
+    let length = x.len().max(5_000);
+    let bins = bins_of(x, length);
     let of = |band: &[f64; 2]| {
-        let inside = |k: &usize| (band[0]..band[1]).contains(&hz_of(*k, x.len()));
+        let inside = |k: &usize| (band[0]..band[1]).contains(&hz_of(*k, length));
         (1..bins.len())
             .filter(inside)
             .map(|k| bins[k].norm_sqr())

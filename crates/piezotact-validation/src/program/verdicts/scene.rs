@@ -20,6 +20,7 @@ use piezotact_twin::{
     OutputStage, Participant, Placement, TwinBench, TwinParameters, record_texture,
 };
 
+use super::coil;
 use super::signal::{Draws, RATE_HZ, decibels, filtered, shaped};
 
 /// How long a target is.
@@ -51,17 +52,46 @@ pub(super) enum Texture {
     Taps,
     /// S2, its level modulated by ±6 dB at 0.7 Hz.
     Modulated,
+    /// 5 ms of a decaying oscillation. This and those that follow begin at full level in their first sample.
+    Click,
+    /// 30 ms of one.
+    Tick,
+    /// 80 ms of a tone.
+    Burst,
+    /// 300 ms of decaying noise.
+    Attack,
+    /// Eight ticks at unequal distances, with silence between them.
+    Train,
 }
 
 impl Texture {
-    pub(super) const ALL: [Self; 6] = [
+    pub(super) const ALL: [Self; 11] = [
         Self::Faint,
         Self::Broad,
         Self::Comb,
         Self::Tonal,
         Self::Taps,
         Self::Modulated,
+        Self::Click,
+        Self::Tick,
+        Self::Burst,
+        Self::Attack,
+        Self::Train,
     ];
+
+    /// Shorter than a second, with an abrupt beginning.
+    pub(super) fn is_short(self) -> bool {
+        self as usize >= Self::Click as usize
+    }
+
+    /// One of the same length, about.
+    fn other(self) -> Self {
+        let alike =
+            Self::ALL.map(|texture| (texture.is_short() == self.is_short()).then_some(texture));
+        let alike: Vec<Self> = alike.into_iter().flatten().collect();
+        let place = alike.iter().position(|t| *t == self).unwrap_or(0);
+        alike[(place + 2) % alike.len()]
+    }
 
     pub(super) fn name(self) -> &'static str {
         match self {
@@ -71,6 +101,11 @@ impl Texture {
             Self::Tonal => "tonal",
             Self::Taps => "taps",
             Self::Modulated => "modulated",
+            Self::Click => "click",
+            Self::Tick => "tick",
+            Self::Burst => "burst",
+            Self::Attack => "attack",
+            Self::Train => "train",
         }
     }
 
@@ -95,6 +130,59 @@ impl Texture {
                 noise.iter().enumerate().map(|(i, v)| v + tone(i)).collect()
             }
             Self::Taps => taps(&mut draws),
+            Self::Click => {
+                let mut samples = silence(0.005);
+                strike(
+                    &mut samples,
+                    draws.between(250.0, 400.0),
+                    draws.between(5.0, 10.0),
+                    0.0015,
+                );
+                samples
+            }
+            Self::Tick => {
+                let mut samples = silence(0.03);
+                strike(
+                    &mut samples,
+                    draws.between(150.0, 250.0),
+                    draws.between(2.0, 8.0),
+                    0.008,
+                );
+                samples
+            }
+            Self::Burst => {
+                let mut samples = silence(0.08);
+                strike(
+                    &mut samples,
+                    draws.between(100.0, 300.0),
+                    2.0,
+                    f64::INFINITY,
+                );
+                samples
+            }
+            Self::Attack => {
+                let white = draws.white((0.3 * RATE_HZ) as usize);
+                let decay = |i: usize| 3.0 * (-(i as f64) / RATE_HZ / 0.1).exp();
+                white
+                    .iter()
+                    .enumerate()
+                    .map(|(i, v)| v * decay(i))
+                    .collect()
+            }
+            Self::Train => {
+                let mut samples = silence(0.9);
+                for at_s in TRAIN_S {
+                    let tick =
+                        &mut samples[(at_s * RATE_HZ) as usize..][..(TICK_S * RATE_HZ) as usize];
+                    strike(
+                        tick,
+                        draws.between(180.0, 300.0),
+                        draws.between(3.0, 6.0),
+                        0.003,
+                    );
+                }
+                samples
+            }
             Self::Modulated => {
                 let turn = draws.uniform();
                 let level = |i: usize| {
@@ -109,6 +197,22 @@ impl Texture {
                     .collect()
             }
         })
+    }
+}
+
+/// Where the ticks of a train begin, s, and how long they last.
+pub(super) const TRAIN_S: [f64; 8] = [0.0, 0.06, 0.2, 0.245, 0.42, 0.58, 0.64, 0.8];
+pub(super) const TICK_S: f64 = 0.012;
+
+fn silence(seconds: f64) -> Vec<f64> {
+    vec![0.0; (seconds * RATE_HZ) as usize]
+}
+
+/// Adds an oscillation that begins at its full height, m/s², in the first sample.
+pub(super) fn strike(samples: &mut [f64], hz: f64, high: f64, decay_s: f64) {
+    for (i, sample) in samples.iter_mut().enumerate() {
+        let t_s = i as f64 / RATE_HZ;
+        *sample += high * (-t_s / decay_s).exp() * (TAU * hz * t_s).cos();
     }
 }
 
@@ -138,11 +242,34 @@ fn taps(draws: &mut Draws) -> Vec<f64> {
     samples
 }
 
+/// What moves the finger.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Actuator {
+    /// The twin's.
+    Piezo,
+    VoiceCoil,
+}
+
+impl Actuator {
+    pub(super) const ALL: [Self; 2] = [Self::Piezo, Self::VoiceCoil];
+
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Piezo => "piezo",
+            Self::VoiceCoil => "coil",
+        }
+    }
+}
+
+/// The response of a device over frequency in Hz.
+type Response = Box<dyn Fn(f64) -> Complex<f64> + Send + Sync>;
+
 /// One person's device: what its transfer function was measured as, and what it is.
 pub(super) struct Device {
+    pub(super) actuator: Actuator,
     person: Participant,
     parameters: TwinParameters,
-    measured: TransferFunction<Drive, Acceleration>,
+    measured: Response,
     /// Other people, those first who differ most.
     others: Vec<u64>,
 }
@@ -164,40 +291,59 @@ impl FingerPlacement {
     }
 }
 
+/// The transfer function that a characterisation of this person's device on the twin finds.
+fn characterised(
+    parameters: &TwinParameters,
+    person: &Participant,
+) -> Result<TransferFunction<Drive, Acceleration>> {
+    let config = CharacteriseConfig {
+        excitation: ExcitationConfig {
+            kind: Excitation::Random,
+            band: Band::new(Hertz(2.0), Hertz(1_200.0))?,
+            duration: Seconds(30.0),
+            peak: 0.8,
+            seed: person.seed,
+        },
+        welch: WelchConfig::hann(2_048),
+        estimator: Estimator::H1,
+        run: RunPlan {
+            label: "characterise".into(),
+            load: Some(Newtons(LOAD_N)),
+            angle: Degrees(ANGLE_DEG),
+            placement: piezotact_bench::Placement::New,
+            until: Until::PlaybackEnded,
+        },
+    };
+    let mut bench = TwinBench::new(
+        parameters,
+        person.clone(),
+        &DeviceDescription::drv2667().at_usual_gain(),
+    )
+    .into_bench();
+    Ok(characterise(&mut bench, &config, &mut Discard)?.function)
+}
+
 impl Device {
-    /// Of a participant under `seed`, characterised as `piezotact measure` does it.
-    pub(super) fn of(seed: u64) -> Result<Self> {
+    /// Of a participant under `seed`; the twin's is characterised as `piezotact characterise` does it.
+    pub(super) fn of(seed: u64, actuator: Actuator) -> Result<Self> {
         let (number, seed) = (seed, 40 + seed);
         let mut parameters = TwinParameters::built_in();
         // Everything here is in what the sensor reads: with one and the same sensor its sensitivity is without effect.
         parameters.accelerometer.sensitivity_spread = 0.0;
         let person = Participant::of(number, seed, &parameters);
-        let config = CharacteriseConfig {
-            excitation: ExcitationConfig {
-                kind: Excitation::Random,
-                band: Band::new(Hertz(2.0), Hertz(1_200.0))?,
-                duration: Seconds(30.0),
-                peak: 0.8,
+        let measured: Response = match actuator {
+            Actuator::Piezo => {
+                let function = characterised(&parameters, &person)?;
+                Box::new(move |hz| function.at(hz))
+            }
+            Actuator::VoiceCoil => Box::new(coil::response(
+                number,
                 seed,
-            },
-            welch: WelchConfig::hann(2_048),
-            estimator: Estimator::H1,
-            run: RunPlan {
-                label: "characterise".into(),
-                load: Some(Newtons(LOAD_N)),
-                angle: Degrees(ANGLE_DEG),
-                placement: piezotact_bench::Placement::New,
-                until: Until::PlaybackEnded,
-            },
+                FingerPlacement::anew("characterise"),
+            )),
         };
-        let mut bench = TwinBench::new(
-            &parameters,
-            person.clone(),
-            &DeviceDescription::drv2667().at_usual_gain(),
-        )
-        .into_bench();
-        let measured = characterise(&mut bench, &config, &mut Discard)?.function;
         let mut device = Self {
+            actuator,
             person,
             parameters,
             measured,
@@ -231,12 +377,11 @@ impl Device {
     }
 
     /// What the device of participant `number` is, from the digital drive to the nail, (m/s²) at full scale.
-    pub(super) fn true_at(
-        &self,
-        number: u64,
-        lies: FingerPlacement,
-    ) -> impl Fn(f64) -> Complex<f64> + use<> {
+    pub(super) fn true_at(&self, number: u64, lies: FingerPlacement) -> Response {
         let seed = self.person.seed;
+        if self.actuator == Actuator::VoiceCoil {
+            return Box::new(coil::response(number, seed, lies));
+        }
         let person = Participant::of(number, seed, &self.parameters);
         let placement = Placement::of(&self.parameters, number, seed, lies.run);
         let output = OutputStage::new(
@@ -245,22 +390,22 @@ impl Device {
         );
         let volts = output.setup().volts_per_full_scale * output.setup().gain.voltage_ratio();
         let latency_s = self.parameters.actuator.latency_s;
-        move |hz| {
+        Box::new(move |hz| {
             let hz = hz.max(0.5);
             person
                 .finger
                 .response(hz, lies.load_n, ANGLE_DEG, &placement)
                 * output.high_pass(hz)
                 * Complex::from_polar(volts, -TAU * hz * latency_s)
-        }
+        })
     }
 
-    pub(super) fn own(&self, lies: FingerPlacement) -> impl Fn(f64) -> Complex<f64> + use<> {
+    pub(super) fn own(&self, lies: FingerPlacement) -> Response {
         self.true_at(self.person.number, lies)
     }
 
     pub(super) fn measured_at(&self, hz: f64) -> Complex<f64> {
-        self.measured.at(hz)
+        (self.measured)(hz)
     }
 }
 
@@ -290,13 +435,11 @@ impl Scene {
             x.iter_mut().for_each(|v| *v *= ratio);
             x
         };
-        let place = Texture::ALL.iter().position(|t| *t == texture).unwrap_or(0);
-        let other = Texture::ALL[(place + 2) % Texture::ALL.len()];
         Ok(Self {
             texture,
             seed,
             another: like_target(texture.draw(&device.parameters, seed + 500)?),
-            other_texture: like_target(other.draw(&device.parameters, seed + 900)?),
+            other_texture: like_target(texture.other().draw(&device.parameters, seed + 900)?),
             target,
             device,
             band,

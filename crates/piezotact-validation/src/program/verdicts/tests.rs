@@ -3,7 +3,7 @@
 use super::*;
 
 fn one_scene(texture: Texture) -> Scene {
-    let device = Arc::new(Device::of(1).unwrap());
+    let device = Arc::new(Device::of(1, Actuator::Piezo).unwrap());
     Scene::new(texture, 1, &device).unwrap()
 }
 

@@ -46,6 +46,7 @@ pub(super) enum Figure {
     Added,
     FeltOutside,
     LostEvent,
+    AddedEvent,
     DropOut,
     LevelOverTime,
     LevelDistribution,
@@ -54,7 +55,7 @@ pub(super) enum Figure {
 }
 
 impl Figure {
-    pub(super) const ALL: [Self; 15] = [
+    pub(super) const ALL: [Self; 16] = [
         Self::Level,
         Self::Spectrum,
         Self::SpectrumByPower,
@@ -65,6 +66,7 @@ impl Figure {
         Self::Added,
         Self::FeltOutside,
         Self::LostEvent,
+        Self::AddedEvent,
         Self::DropOut,
         Self::LevelOverTime,
         Self::LevelDistribution,
@@ -79,7 +81,7 @@ impl Figure {
             Self::Correlation => 0.05,
             Self::Difference | Self::Added | Self::FeltOutside | Self::GivenUp => 0.1,
             Self::Clipped => 0.001,
-            Self::LostEvent => 6.0,
+            Self::LostEvent | Self::AddedEvent => 6.0,
             Self::DropOut => 15.0,
             Self::LevelOverTime | Self::LevelDistribution => 3.0,
             Self::Uncovered => 0.05,
@@ -98,6 +100,7 @@ impl Figure {
             Self::Added => "added power share",
             Self::FeltOutside => "felt outside the band, share",
             Self::LostEvent => "lost event, dB",
+            Self::AddedEvent => "added event, dB",
             Self::DropOut => "drop-out, ms",
             Self::LevelOverTime => "level over time, dB",
             Self::LevelDistribution => "distribution of levels, dB",
@@ -121,12 +124,15 @@ impl Figure {
             Self::Added => "both: on lines without target power, over the target's power",
             Self::FeltOutside => "both: over the target's felt power, where it can be felt at all",
             Self::LostEvent => "replicate: 20 ms of the target, no more than 6 dB below its level",
+            Self::AddedEvent => {
+                "replicate: of a short texture, 20 ms of the delivered no more than 6 dB below the target's level"
+            }
             Self::DropOut => {
                 "both: silence where the target is within 6 dB of its level; of the taps in texture mode, silence longer than the target's longest"
             }
-            Self::LevelOverTime => "replicate: windows of 0.5 s",
+            Self::LevelOverTime => "replicate: windows of 0.5 s, of a short texture 0.1 s",
             Self::LevelDistribution => {
-                "texture: between the sorted levels of windows of 0.1 s, rms"
+                "texture: between the sorted levels of windows of 0.1 s (short: 20 ms), rms"
             }
             Self::GivenUp => {
                 "both: of the target, told as not achievable; to pass in part is right"
@@ -281,9 +287,14 @@ struct Line {
     scatter: f64,
 }
 
+/// A shorter target is judged with this much silence on either side, samples: 1 s, 0.2 s. What is delivered late belongs to it.
+const SHORT: usize = 5_000;
+const BESIDE: usize = 1_000;
+
 /// Target and delivered signal on one time, and the figures that do not depend on how a spectrum is looked at.
 struct Common {
     band: Band,
+    meant: Vec<f64>,
     delivered: Vec<f64>,
     figures: Vec<(Figure, f64)>,
 }
@@ -305,11 +316,15 @@ impl Common {
             Mode::Texture => case.delay,
         };
         let framed = at_times(&case.delivered, (0..n + 2 * LEAD).map(|i| i as f64 + delay));
-        let delivered = framed[LEAD..LEAD + n].to_vec();
+        let beside = if n < SHORT { BESIDE } else { 0 };
+        let judged = LEAD - beside..LEAD + n + beside;
         let (t, d) = (in_band(&meant), in_band(&framed));
-        let (t, d) = (&t[LEAD..LEAD + n], &d[LEAD..LEAD + n]);
+        let (t, d) = (&t[judged.clone()], &d[judged.clone()]);
+        let (meant, delivered) = (meant[judged.clone()].to_vec(), framed[judged].to_vec());
+        // The level of a short texture is that of its own time.
+        let level = energy(t) / n as f64;
         let outside = felt(&delivered, |hz| !band.contains(hz));
-        let share = outside / felt_power(&case.meant, band);
+        let share = outside / felt_power(&meant, band);
         let mut figures = vec![
             (Figure::Level, decibels(energy(d) / energy(t)).abs()),
             (Figure::Clipped, case.clipped_share),
@@ -318,7 +333,7 @@ impl Common {
                 Figure::FeltOutside,
                 if outside >= 1.0 { share } else { 0.0 },
             ),
-            (Figure::DropOut, drop_out(case, mode, t, d)),
+            (Figure::DropOut, drop_out(case, mode, t, d, level)),
         ];
         match mode {
             Mode::Replicate => {
@@ -327,13 +342,19 @@ impl Common {
                 let missed: f64 = t.iter().zip(d).map(|(t, d)| (t - d).powi(2)).sum();
                 figures.push((Figure::Correlation, 1.0 - product / both));
                 figures.push((Figure::Difference, missed / energy(t)));
-                figures.push((Figure::LostEvent, most_lost(t, d)));
-                figures.push((Figure::LevelOverTime, most_apart(t, d)));
+                figures.push((Figure::LostEvent, most_lost(t, d, level)));
+                if beside > 0 {
+                    figures.push((Figure::AddedEvent, most_lost(d, t, level)));
+                }
+                figures.push((Figure::LevelOverTime, most_apart(t, d, level)));
             }
-            Mode::Texture => figures.push((Figure::LevelDistribution, distributions_apart(t, d))),
+            Mode::Texture => {
+                figures.push((Figure::LevelDistribution, distributions_apart(t, d, level)))
+            }
         }
         Self {
             band,
+            meant,
             delivered,
             figures,
         }
@@ -341,7 +362,7 @@ impl Common {
 
     fn figures(&self, case: &Case, mode: Mode, draw: Draw, ends: Ends) -> Vec<(Figure, f64)> {
         let lines = lines(
-            &ends.of(&case.meant),
+            &ends.of(&self.meant),
             &ends.of(&self.delivered),
             self.band,
             draw,
@@ -473,8 +494,7 @@ fn best_delay(t: &[f64], d: &[f64]) -> f64 {
 const SILENT: f64 = 0.01;
 
 /// The longest stretch of silence, ms.
-fn longest_silence(x: &[f64]) -> f64 {
-    let overall = energy(x) / x.len() as f64;
+fn longest_silence(x: &[f64], overall: f64) -> f64 {
     let (window, hop) = (25, 5);
     let mut longest: usize = 0;
     let mut now = 0;
@@ -489,12 +509,12 @@ fn longest_silence(x: &[f64]) -> f64 {
 }
 
 /// The longest drop-out, ms.
-fn drop_out(case: &Case, mode: Mode, t: &[f64], d: &[f64]) -> f64 {
+fn drop_out(case: &Case, mode: Mode, t: &[f64], d: &[f64], level: f64) -> f64 {
     let limit = Figure::DropOut.limit();
-    let own = longest_silence(t);
+    let own = longest_silence(t, level);
     if mode == Mode::Texture && own > limit {
         // When it is silent is free; for how long is not. Half as long again is no matter of how taps happen to lie.
-        let longer = longest_silence(d) - own;
+        let longer = longest_silence(d, energy(d) / energy(t) * level) - own;
         return match longer {
             longer if longer <= RIGHT_TO * limit => longer.max(0.0),
             longer if longer < 0.5 * own => limit,
@@ -510,8 +530,7 @@ fn drop_out(case: &Case, mode: Mode, t: &[f64], d: &[f64]) -> f64 {
 }
 
 /// By how much the delivered is below the target in the worst 20 ms that are loud in the target, dB.
-fn most_lost(t: &[f64], d: &[f64]) -> f64 {
-    let overall = energy(t) / t.len() as f64;
+fn most_lost(t: &[f64], d: &[f64], overall: f64) -> f64 {
     short_time(t, 100, 25)
         .iter()
         .zip(short_time(d, 100, 25))
@@ -520,22 +539,31 @@ fn most_lost(t: &[f64], d: &[f64]) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// The largest difference of levels in windows of half a second, dB.
-fn most_apart(t: &[f64], d: &[f64]) -> f64 {
-    let overall = energy(t) / t.len() as f64;
-    short_time(t, 2_500, 1_250)
+/// The largest difference of levels in windows of half a second, of a short texture of 0.1 s, dB.
+fn most_apart(t: &[f64], d: &[f64], overall: f64) -> f64 {
+    let window = if t.len() < SHORT + 2 * BESIDE {
+        500
+    } else {
+        2_500
+    };
+    short_time(t, window, window / 2)
         .iter()
-        .zip(short_time(d, 2_500, 1_250))
+        .zip(short_time(d, window, window / 2))
         .filter(|(t, _)| **t >= 0.03 * overall)
         .map(|(t, d)| decibels(d / t).abs())
         .fold(0.0, f64::max)
 }
 
-/// The rms difference of the sorted levels of windows of 0.1 s, dB; what is silent counts as 20 dB below the target's level.
-fn distributions_apart(t: &[f64], d: &[f64]) -> f64 {
-    let floor = SILENT * energy(t) / t.len() as f64;
+/// The rms difference of the sorted levels of windows of 0.1 s, of a short texture 20 ms, dB; what is silent counts as 20 dB below the target's level.
+fn distributions_apart(t: &[f64], d: &[f64], level: f64) -> f64 {
+    let floor = SILENT * level;
+    let window = if t.len() < SHORT + 2 * BESIDE {
+        100
+    } else {
+        500
+    };
     let sorted = |x: &[f64]| {
-        let mut levels: Vec<f64> = short_time(x, 500, 125)
+        let mut levels: Vec<f64> = short_time(x, window, window / 4)
             .iter()
             .map(|level| decibels(level + floor))
             .collect();
