@@ -44,6 +44,10 @@ struct Hand {
     spread: f64,
     track: Track,
     force: bool,
+    /// How much later than the vibration the motion is recorded, s.
+    late_s: f64,
+    /// What a position of 1 m is written as.
+    scale: f64,
 }
 
 impl Hand {
@@ -55,6 +59,8 @@ impl Hand {
             spread: 0.3,
             track: CAMERA,
             force: true,
+            late_s: 0.0,
+            scale: 1.0,
         }
     }
 
@@ -93,7 +99,9 @@ impl Hand {
                 }
                 if touches {
                     let teeth = self.combs.iter().flat_map(|(period_m, teeth)| {
-                        (1..).zip(teeth).map(move |(n, a)| (f64::from(n) / period_m, a))
+                        (1..)
+                            .zip(teeth)
+                            .map(move |(n, a)| (f64::from(n) / period_m, a))
                     });
                     for ((waves, amplitude), phase) in teeth.zip(&phases) {
                         a += amplitude * (TAU * waves * place_m + phase).sin();
@@ -115,6 +123,11 @@ impl Hand {
                 channels[3].push(0.15 * contact + 0.002 * random.normal());
             }
         }
+        let late = (self.late_s * RATE_HZ) as usize;
+        channels[1].rotate_right(late);
+        channels[1]
+            .iter_mut()
+            .for_each(|value| *value *= self.scale);
         let motion = match self.track {
             Track::Speed => ("speed", Unit::MetrePerSecond),
             Track::Position { .. } => ("position", Unit::Metre),
@@ -206,9 +219,15 @@ fn a_grating_under_a_hand_is_found_along_the_way() {
             assert_eq!(period.outcome, Outcome::Met, "{i}: {}", period.conclusion());
             assert!((period.period_m / 0.0008 - 1.0).abs() < 0.01, "{period:?}");
             let [low, high] = period.interval_m.unwrap();
-            assert!(low * 0.998 < 0.0008 && 0.0008 < high * 1.002, "{low} {high}");
+            assert!(
+                low * 0.998 < 0.0008 && 0.0008 < high * 1.002,
+                "{low} {high}"
+            );
             let first = way.spectrum.peaks.first().unwrap();
-            assert!((first.wavenumber_1_m * 0.0008 - 1.0).abs() < 0.03, "{first:?}");
+            assert!(
+                (first.wavenumber_1_m * 0.0008 - 1.0).abs() < 0.03,
+                "{first:?}"
+            );
         }
     }
 }
@@ -226,7 +245,11 @@ fn lines_that_stay_and_broad_textures_have_no_period_along_the_way() {
                 };
                 let way = hand.way(40 + seed);
                 let met = way.period.filter(|period| period.outcome == Outcome::Met);
-                assert_eq!(met.map(|p| p.conclusion()), None, "{lines:?} {spread} {seed}");
+                assert_eq!(
+                    met.map(|p| p.conclusion()),
+                    None,
+                    "{lines:?} {spread} {seed}"
+                );
             }
         }
     }
@@ -248,12 +271,23 @@ fn what_a_recording_along_the_way_cannot_decide_is_open() {
         ..Hand::on(comb.clone())
     };
     let period = steady.way(3).period.unwrap();
-    assert_eq!(outcome(&period, PeriodCriterion::Moves), Outcome::NotDecided);
-    assert_eq!(period.outcome, Outcome::NotDecided, "{}", period.conclusion());
+    assert_eq!(
+        outcome(&period, PeriodCriterion::Moves),
+        Outcome::NotDecided
+    );
+    assert_eq!(
+        period.outcome,
+        Outcome::NotDecided,
+        "{}",
+        period.conclusion()
+    );
 
     let one_line = Hand::on(vec![(0.0008, vec![1.0])]);
     let period = one_line.way(4).period.unwrap();
-    assert_eq!(outcome(&period, PeriodCriterion::Reach), Outcome::NotDecided);
+    assert_eq!(
+        outcome(&period, PeriodCriterion::Reach),
+        Outcome::NotDecided
+    );
     assert!(period.is_imprecise(), "{}", period.conclusion());
     let several = one_line.study(5..9).groups.remove(0).way.unwrap();
     let period = several.period.unwrap();
@@ -282,6 +316,45 @@ fn what_a_recording_along_the_way_cannot_decide_is_open() {
     }
 }
 
+/// A camera that is late gives another period, and a position in mm none: neither is said.
+#[test]
+fn a_motion_of_another_time_or_unit_decides_nothing() {
+    let comb = vec![(0.0008, vec![1.0, 0.6, 0.5])];
+    for seed in 0..4 {
+        for late_s in [0.02, 0.05, 0.1] {
+            let late = Hand {
+                late_s,
+                ..Hand::on(comb.clone())
+            };
+            let period = late.way(seed).period.unwrap();
+            let right = (period.period_m / 0.0008 - 1.0).abs() < 0.005;
+            assert!(
+                period.outcome != Outcome::Met || right && late_s < 0.03,
+                "{late_s} {seed}: {}",
+                period.conclusion()
+            );
+        }
+        let in_mm = Hand {
+            scale: 1e3,
+            ..Hand::on(comb.clone())
+        };
+        assert_eq!(in_mm.study(seed..seed + 1).groups[0].way, None);
+    }
+    let late = Hand {
+        late_s: 0.05,
+        spread: 0.2,
+        ..Hand::on(comb)
+    };
+    let said: Vec<String> = (0..6)
+        .filter_map(|seed| Some(late.way(seed).period?.conclusion()))
+        .collect();
+    assert!(
+        said.iter()
+            .any(|text| text.contains("50.0 ms later than the vibration")),
+        "{said:?}"
+    );
+}
+
 /// A period that all samples have may be the finger's or the machine's; where they differ, each has its own.
 #[test]
 fn a_period_of_all_samples_is_not_decided() {
@@ -308,6 +381,11 @@ fn a_measured_motion_takes_no_stroke_of_a_hand_away() {
             ..Hand::on(vec![(0.0008, vec![1.0])])
         };
         let study = hand.study(1..2);
-        assert_eq!(study.strokes(), STROKES, "{:?}", study.takes[0].segmentation.rejected);
+        assert_eq!(
+            study.strokes(),
+            STROKES,
+            "{:?}",
+            study.takes[0].segmentation.rejected
+        );
     }
 }

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
 use crate::known_cuts::{Kind, RATE_HZ, Random, recorded};
-use piezotact::compare::{CompareWarning, ContrastUnit, Contrast, Mixed};
+use piezotact::compare::{CompareWarning, Contrast, ContrastUnit, Mixed};
 use piezotact::discrimination::Model;
 use piezotact::document::Document;
 use piezotact::page::Shown as _;
@@ -494,12 +494,14 @@ fn a_label_is_compared_over_people() {
 #[test]
 fn two_loads_are_compared_over_settings() {
     let of = |gain: f64| {
-        let all = ["S1", "S2", "S3", "S4", "S5"].into_iter().flat_map(|sample| {
-            [(0.2, 1.0), (0.4, gain)].map(|(load_n, gain)| {
-                let name = format!("{sample} {load_n}");
-                made(&name, gain, load_n / 0.2, condition(sample, load_n, None))
-            })
-        });
+        let all = ["S1", "S2", "S3", "S4", "S5"]
+            .into_iter()
+            .flat_map(|sample| {
+                [(0.2, 1.0), (0.4, gain)].map(|(load_n, gain)| {
+                    let name = format!("{sample} {load_n}");
+                    made(&name, gain, load_n / 0.2, condition(sample, load_n, None))
+                })
+            });
         compared(&all.collect::<Vec<_>>(), Factor::Load).unwrap()
     };
     let louder = of(2.0);
@@ -507,7 +509,10 @@ fn two_loads_are_compared_over_settings() {
         panic!("{:?}", louder.contrasts(Factor::Load));
     };
     let said = found.conclusion();
-    assert!(said.contains("0.4 N has a higher level than 0.2 N"), "{said}");
+    assert!(
+        said.contains("0.4 N has a higher level than 0.2 N"),
+        "{said}"
+    );
     let same = of(1.0);
     let said = same.contrasts(Factor::Load)[0].conclusion();
     assert!(!said.contains("has a"), "{said}");

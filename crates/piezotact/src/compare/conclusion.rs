@@ -2,9 +2,9 @@
 
 use super::trends::LEAST_CHANGE;
 use super::{
-    ActivePassive, CommonLine, Contacts, ContrastUnit, Contrast, ValueDifference,
-    ContrastTrend, FoundIn, FrictionChange, LevelSpread, LineOrigin, LinesOfSpeeds, LoadTrend,
-    PeriodCriterion, PeriodUnit, SpatialPeriod, unless_confounded,
+    ActivePassive, CommonLine, Contacts, Contrast, ContrastTrend, ContrastUnit, FoundIn,
+    FrictionChange, LevelSpread, LineOrigin, LinesOfSpeeds, LoadTrend, PeriodCriterion, PeriodUnit,
+    SpatialPeriod, ValueDifference, unless_confounded,
 };
 use crate::criterion::Outcome;
 use crate::number::{counted, digits, p_text, plus, signed};
@@ -129,6 +129,16 @@ impl SpatialPeriod {
             _ if self.is_confounded_by(PeriodCriterion::Moves) => format!(
                 "spatial period not decided: its lines cannot be told from lines that stay at their frequencies; record at speeds that \
                  differ more; the candidate is {number}"
+            ),
+            Outcome::NotDecided if self.late_s.is_some() => format!(
+                "spatial period not decided: its line is clearer were the motion recorded {} ms {} than the vibration; align them; the \
+                 candidate is {number}",
+                digits(1e3 * self.late_s.unwrap_or(0.0).abs()),
+                if self.late_s > Some(0.0) {
+                    "later"
+                } else {
+                    "earlier"
+                }
             ),
             Outcome::NotDecided if self.is_imprecise() => format!(
                 "spatial period not decided: its interval reaches further than 2 %; record the surface again, or longer strokes; the \
@@ -326,10 +336,7 @@ impl ContrastTrend {
     /// How each differs from the first in level, and how much of it stuck and slipped.
     #[must_use]
     pub fn lines(&self) -> Vec<String> {
-        let first = self
-            .values
-            .first()
-            .map_or("", |one| one.value.as_str());
+        let first = self.values.first().map_or("", |one| one.value.as_str());
         let line = |one: &ValueDifference| {
             let Contacts { all, stick_slip } = one.contacts;
             let level = one.level_difference_db.map_or(String::new(), |db| {

@@ -20,16 +20,16 @@ pub use distinguishability::{Distinguishability, Groups, Pair, PairCriterion, Sa
 pub use groups::{AcrossSamples, DiscriminationConfig, Texture, WithheldCause, discriminate};
 pub use left_out::{TextureWithLines, discriminate_without};
 pub use lines::{CommonLine, LineOrigin, LinesOf, common_lines, lines_in_doubt, set_apart};
-pub(crate) use period::{Travelled, along_the_way, lines_of_strokes};
 pub use period::{
-    AlongTheWay, FoundIn, GroupPeriod, LinesOfSpeeds, PeriodCriterion, PeriodUnit, Sliding, SpatialPeriod, SpeedPeak,
-    WayPeak, WaySpectrum, compare_periods, spatial_period,
+    AlongTheWay, FoundIn, GroupPeriod, LinesOfSpeeds, PeriodCriterion, PeriodUnit, Sliding,
+    SpatialPeriod, SpeedPeak, WayPeak, WaySpectrum, compare_periods, spatial_period,
 };
+pub(crate) use period::{Travelled, along_the_way, lines_of_strokes};
 pub use receptors::{LevelUnit, ReceptorLevel, receptor_levels};
 pub use summary::{Fingerprint, Periods, Summary, Tooth, summarise};
 pub use touching::{
-    Contacts, ContrastUnit, Contrast, ValueDifference, ContrastSetting,
-    ContrastTrend, LoadTrend, contrasts, contrast_trend, load_trend,
+    Contacts, Contrast, ContrastSetting, ContrastTrend, ContrastUnit, LoadTrend, ValueDifference,
+    contrast_trend, contrasts, load_trend,
 };
 pub use trends::{
     ActivePassive, ActivePassivePair, FrictionChange, LevelSpread, RoughnessTrend,

@@ -16,9 +16,9 @@ use crate::quantity::{Hertz, SampleRate};
 use crate::statistics::{standard_deviation, t_quantile};
 use crate::warning::Warning;
 pub(crate) use spectra::lines_of_strokes;
+use spectra::{Spectrum, by_speed, spectrum};
 pub use travelled::{AlongTheWay, WayPeak, WaySpectrum};
 pub(crate) use travelled::{Travelled, along_the_way};
-use spectra::{Spectrum, by_speed, spectrum};
 
 /// One speed: what was recorded while sliding at it.
 #[derive(Clone, Debug)]
@@ -89,6 +89,8 @@ pub enum PeriodCriterion {
     OtherSamples,
     /// The reach of its 95 % interval to one side, as a share, along the way.
     Reach,
+    /// By how much it stands higher, dB, were the motion recorded some ms earlier or later than the vibration: its value is another one then.
+    OneTime,
     /// How often it fits into the shortest stroke.
     Cycles,
     /// Its level above the background in the group where it is lowest.
@@ -151,6 +153,9 @@ pub struct SpatialPeriod {
     pub lines: LinesOfSpeeds,
     /// The criteria and their outcomes.
     pub criteria: Vec<Criterion<PeriodCriterion>>,
+    /// How much later the motion seems to be recorded than the vibration, s, where that leaves the period open.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub late_s: Option<f64>,
     /// The wavenumbers at which two speeds or more, and all that hold them, have a line, whatever stands highest, 1/m.
     #[serde(skip)]
     lines_1_m: Vec<f64>,
@@ -238,6 +243,24 @@ impl SpatialPeriod {
             && criteria.all(|c| c.what == PeriodCriterion::Reach || c.outcome == Outcome::Met)
     }
 
+    /// Adds how high it stands were the motion so many s late, to one side or the other: it is not decided where that is higher.
+    pub(crate) fn require_one_time(&mut self, others: impl Iterator<Item = (f64, f64)>) {
+        let highest = others.max_by(|a, b| a.1.total_cmp(&b.1));
+        let higher_db = highest.map_or(0.0, |(_, db)| db - self.prominence_db);
+        let limit = Limit::AtMost {
+            met: LATE_DB,
+            not_met: f64::MAX,
+        };
+        let what = PeriodCriterion::OneTime;
+        self.criteria
+            .push(Criterion::new(what, "dB", higher_db, None, limit));
+        let outcomes = self.criteria.iter().map(|criterion| criterion.outcome);
+        self.outcome = Outcome::of_all(outcomes);
+        if self.outcome == Outcome::NotDecided {
+            self.late_s = highest.map(|(late_s, _)| late_s);
+        }
+    }
+
     fn leaves_open(&self, rule: PeriodCriterion) -> bool {
         let mut criteria = self.criteria.iter();
         criteria.any(|c| c.what == rule && c.outcome == Outcome::NotDecided)
@@ -270,6 +293,10 @@ const LEAST_SPEEDS: usize = 2;
 const SAME_PERIOD: f64 = 0.01;
 /// … or by what their intervals reach, but no more than this share.
 const MOST_REACH: f64 = 0.05;
+/// A line that stands so much higher with a motion of another time is not read, dB.
+const LATE_DB: f64 = 1.0;
+/// The least that an interval along the way reaches to each side, as a share: what a peak of a spectrum is read to.
+const LEAST_WAY_REACH: f64 = 1e-3;
 /// Along the way a period is known to this share, or it is not decided.
 const MOST_WAY_REACH: f64 = 0.02;
 /// Speeds that differ by less than this share are one speed.

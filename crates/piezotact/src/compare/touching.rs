@@ -167,9 +167,7 @@ const LEAST_PARTICIPANTS: usize = 3;
 ///
 /// Source: as [`super::active_against_passive`]; docs/decisions/strokes.md for the units.
 #[must_use]
-pub fn contrasts<'t>(
-    settings: impl Iterator<Item = ContrastSetting<'t>>,
-) -> Vec<Contrast> {
+pub fn contrasts<'t>(settings: impl Iterator<Item = ContrastSetting<'t>>) -> Vec<Contrast> {
     let mut found: Vec<Levels<'t>> = Vec::new();
     for setting in settings {
         let Some((reference, others)) = setting.trend.values.split_first() else {

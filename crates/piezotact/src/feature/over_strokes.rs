@@ -21,13 +21,17 @@ const STEP: f64 = 0.5;
 ///
 /// Source: house rule; [`rank_correlation`].
 pub(super) fn warnings(strokes: &[StrokeFeatures]) -> Vec<Warning> {
-    let levels = strokes.iter().map(|s| Decibels::from_amplitude_ratio(s.rms).0);
+    let levels = strokes
+        .iter()
+        .map(|s| Decibels::from_amplitude_ratio(s.rms).0);
     let levels: Vec<f64> = levels.collect();
     let level = course(&levels).filter(|found| found.change.abs() >= LEVEL_DB);
-    let level = level.map(|found| OverStrokes::Level {
-        change_db: found.change,
-    }
-    .at(found.step));
+    let level = level.map(|found| {
+        OverStrokes::Level {
+            change_db: found.change,
+        }
+        .at(found.step)
+    });
     let friction = strokes.iter().map(|s| Some(s.friction_coefficient?.mean));
     let friction: Option<Vec<f64>> = friction.collect();
     let friction = friction.and_then(|values| {
@@ -71,8 +75,15 @@ fn course(values: &[f64]) -> Option<Course> {
     let steps = (2..n - 1).map(|at| (at, squares(&values[..at]) + squares(&values[at..])));
     let (at, left) = steps.min_by(|a, b| a.1.total_cmp(&b.1))?;
     // What a line leaves: the squares about the mean less those that its slope takes.
-    let (mean_at, mean) = (crate::statistics::mean(&order), crate::statistics::mean(values));
-    let both: f64 = order.iter().zip(values).map(|(i, v)| (i - mean_at) * (v - mean)).sum();
+    let (mean_at, mean) = (
+        crate::statistics::mean(&order),
+        crate::statistics::mean(values),
+    );
+    let both: f64 = order
+        .iter()
+        .zip(values)
+        .map(|(i, v)| (i - mean_at) * (v - mean))
+        .sum();
     let line = squares(values) - both.powi(2) / squares(&order);
     Some(Course {
         first,
@@ -122,16 +133,28 @@ mod tests {
         );
         let loose = strokes(|i| if i < 7 { 0.0 } else { -5.0 } + wobble(i), |_| 0.6);
         assert!(
-            matches!(said(&loose)[..], [ScatterWarning::Scatter {
-                of: Scatter::OverStrokes { what: OverStrokes::Level { .. }, after: 7 }
-            }]),
+            matches!(
+                said(&loose)[..],
+                [ScatterWarning::Scatter {
+                    of: Scatter::OverStrokes {
+                        what: OverStrokes::Level { .. },
+                        after: 7
+                    }
+                }]
+            ),
             "{loose:?}"
         );
         let moist = strokes(wobble, |i| 0.3 + 0.05 * i as f64);
         assert!(
-            matches!(said(&moist)[..], [ScatterWarning::Scatter {
-                of: Scatter::OverStrokes { what: OverStrokes::Friction { .. }, after: 0 }
-            }]),
+            matches!(
+                said(&moist)[..],
+                [ScatterWarning::Scatter {
+                    of: Scatter::OverStrokes {
+                        what: OverStrokes::Friction { .. },
+                        after: 0
+                    }
+                }]
+            ),
             "{moist:?}"
         );
         let mut random = Draws::new(1);

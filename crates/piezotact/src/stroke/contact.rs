@@ -124,7 +124,11 @@ fn drift_between_lifts(frames: Frames, smooth_n: &[f64], on_n: f64) -> Option<Po
     for rises in [true, false] {
         let signed = edges_n.iter().map(|step| if rises { *step } else { -step });
         let found = events(signed, least_n, 0.5 * least_n);
-        edges.extend(found.iter().map(|(from, to)| ((from + to) / 2 + reach, rises)));
+        edges.extend(
+            found
+                .iter()
+                .map(|(from, to)| ((from + to) / 2 + reach, rises)),
+        );
     }
     edges.sort_unstable();
     let mut touches: Vec<(usize, usize)> = Vec::new();

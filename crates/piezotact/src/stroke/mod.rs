@@ -30,8 +30,8 @@ pub use cuts::{Cut, Cuts};
 pub use force::{ForceRule, Judging, segment_by_force};
 pub use force_warning::{ForceFault, ForceWarning};
 pub(crate) use speed::stroke_speed_m_s;
-pub(crate) use way::{Way, ways};
 pub use speed::{SpeedRule, segment_by_speed};
+pub(crate) use way::{Way, ways};
 
 /// The signals used for segmentation: slices of equal length at one rate.
 #[derive(Clone, Debug)]

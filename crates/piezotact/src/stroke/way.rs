@@ -36,17 +36,24 @@ impl Way {
     }
 }
 
-/// The parts of `stroke` that move one way; none without a channel of motion.
+/// The parts of `stroke` that move one way, were the motion recorded `late`; none without a channel of motion.
 ///
 /// Formula: s = ∫v dt, or the position between the samples at which it changes (a tracker holds its last value, an encoder counts
 /// steps), smoothed over 20 ms.
 ///
 /// Source: house rule.
-pub(crate) fn ways(signals: &Signals<'_>, stroke: Interval) -> Vec<Way> {
+pub(crate) fn ways(signals: &Signals<'_>, stroke: Interval, late: Seconds) -> Vec<Way> {
     let Some((motion, kind)) = signals.motion else {
         return Vec::new();
     };
     let rate = signals.rate;
+    let late = (late.0 * rate.hz()).round() as isize;
+    let moved = |sample: usize| sample.saturating_add_signed(late).min(motion.len());
+    let first = stroke.start;
+    let stroke = Interval {
+        start: moved(stroke.start),
+        end: moved(stroke.end),
+    };
     let width = rate.samples_in(Seconds(SMOOTHING_S)).max(1);
     // The motion around the stroke is smoothed with it, so that its ends are those of the motion.
     let outer = Interval {
@@ -97,7 +104,7 @@ pub(crate) fn ways(signals: &Signals<'_>, stroke: Interval) -> Vec<Way> {
         let to = from + run.take_while(|v| direction(**v) == sign).count();
         if sign != 0 && to - from > shortest.max(2) {
             ways.push(way(
-                stroke.start + from,
+                first + from,
                 &place_m[from..to],
                 &speed_m_s[from..to],
                 f64::from(sign),

@@ -6,18 +6,17 @@ use super::grouping::{Grouping, Setting, differ_in, left_out};
 use super::way::travelled_of;
 use super::{AnalysedRecording, Factor, Group, StudyError};
 use crate::compare::{
-    AcrossSamples, ActivePassive, CompareWarning, Confounder, Contacts, Contrast,
-    ValueDifference, ContrastSetting, ContrastTrend, DiscriminationConfig, FrictionChange,
-    Groups, LevelSpread, LoadTrend, Mixed, RoughnessTrend, Sliding, SpatialPeriod, Summary,
-    TextureWithLines, WithheldCause, across_participants, across_roughness, active_against_passive,
-    comparable, compare_periods, confounders, contrasts, contrast_trend,
-    discriminate_without, friction_against_rms, friction_on_speed, load_trend, rms_on_speed,
-    spatial_period,
+    AcrossSamples, ActivePassive, CompareWarning, Confounder, Contacts, Contrast, ContrastSetting,
+    ContrastTrend, DiscriminationConfig, FrictionChange, Groups, LevelSpread, LoadTrend, Mixed,
+    RoughnessTrend, Sliding, SpatialPeriod, Summary, TextureWithLines, ValueDifference,
+    WithheldCause, across_participants, across_roughness, active_against_passive, comparable,
+    compare_periods, confounders, contrast_trend, contrasts, discriminate_without,
+    friction_against_rms, friction_on_speed, load_trend, rms_on_speed, spatial_period,
 };
 use crate::criterion::Outcome;
 use crate::discrimination::Model;
 use crate::feature::{Vibrations, vibrations};
-use crate::quantity::{Band, Hertz};
+use crate::quantity::{Band, Hertz, Seconds};
 use crate::recording::Touch;
 use crate::statistics::{Direction, LogFit, RankCorrelation};
 use crate::stroke::Reason;
@@ -566,8 +565,11 @@ fn evenly(
     speed_m_s: f64,
 ) -> Option<Vec<Vec<f64>>> {
     let rate = take.recording.rate();
-    let parts = travelled_of(0, take, vibrations);
-    let even: Vec<_> = parts.iter().map(|part| part.at_speed(rate, speed_m_s)).collect();
+    let parts = travelled_of((0, Seconds(0.0)), take, vibrations);
+    let even: Vec<_> = parts
+        .iter()
+        .map(|part| part.at_speed(rate, speed_m_s))
+        .collect();
     let any = even.iter().any(Option::is_some);
     any.then(|| {
         let each = even.into_iter().zip(&parts);

@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 
 use super::{AnalysedRecording, StudyError, StudySettings};
 use crate::compare::{
-    AlongTheWay, CommonLine, CompareWarning, LinesOf, Mixed, Periods, Summary, common_lines, lines_in_doubt,
-    lines_of_strokes, set_apart, summarise,
+    AlongTheWay, CommonLine, CompareWarning, LinesOf, Mixed, Periods, Summary, common_lines,
+    lines_in_doubt, lines_of_strokes, set_apart, summarise,
 };
 use crate::feature::vibrations;
 use crate::quantity::Hertz;
@@ -109,6 +109,8 @@ impl Key {
             // A measured plateau is steady to a mm/s.
             speed: match condition.speed_m_s {
                 Some(stated) => speed_text(stated),
+                // A hand holds none.
+                None if condition.touch == Some(Touch::Active) => String::new(),
                 None => take
                     .speed_m_s()
                     .map_or(String::new(), |v| format!("{:.0} mm/s", v * 1e3)),

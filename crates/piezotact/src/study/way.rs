@@ -1,14 +1,19 @@
 //! What freely moved strokes say along the way.
 
+use super::take::FASTEST_M_S;
 use super::{AnalysedRecording, Group, StudyError};
 use crate::compare::{SpatialPeriod, Travelled, along_the_way, compare_periods};
+use crate::criterion::Outcome;
 use crate::feature::{Vibrations, vibrations};
-use crate::quantity::Hertz;
+use crate::quantity::{Hertz, Seconds};
 use crate::recording::Touch;
 use crate::stroke::{Signals, Way, ways};
 
 /// Strokes whose speeds differ by more than this share say more along the way than in time.
 const UNEVEN: f64 = 0.1;
+
+/// The motion may have been recorded so much later than the vibration, or earlier, s: a camera has such delays.
+const LATE_S: [f64; 6] = [-0.1, -0.05, -0.02, 0.02, 0.05, 0.1];
 
 /// Adds to groups of one sample what their strokes say along the way, where the motion was measured and no machine held it at one speed.
 pub(super) fn add(takes: &[AnalysedRecording], groups: &mut [Group]) -> Result<(), StudyError> {
@@ -33,12 +38,26 @@ pub(super) fn add(takes: &[AnalysedRecording], groups: &mut [Group]) -> Result<(
         };
         let rate = first.recording.rate();
         let lowest = first.analysis.as_ref().map(|a| a.config.passes_from());
-        let numbered = moved.iter().zip(&vibrations).enumerate();
-        let parts: Vec<Travelled<'_>> = numbered
-            .filter(|(_, (take, _))| take.recording.rate() == rate)
-            .flat_map(|(recording, (take, vibrations))| travelled_of(recording, take, vibrations))
-            .collect();
-        group.way = along_the_way(&parts, rate, lowest.unwrap_or(Hertz(0.0)), &unit.unit);
+        let lowest = lowest.unwrap_or(Hertz(0.0));
+        let found = |late: Seconds| {
+            let numbered = moved.iter().zip(&vibrations).enumerate();
+            let parts: Vec<Travelled<'_>> = numbered
+                .filter(|(_, (take, _))| take.recording.rate() == rate)
+                .flat_map(|(recording, (take, vibrations))| {
+                    travelled_of((recording, late), take, vibrations)
+                })
+                .collect();
+            along_the_way(&parts, rate, lowest, &unit.unit)
+        };
+        group.way = found(Seconds(0.0));
+        let period = group.way.as_mut().and_then(|way| way.period.as_mut());
+        if let Some(period) = period.filter(|period| period.outcome == Outcome::Met) {
+            let others = LATE_S.iter().filter_map(|late_s| {
+                let way = found(Seconds(*late_s))?;
+                Some((*late_s, way.period?.prominence_db))
+            });
+            period.require_one_time(others);
+        }
     }
     let mut periods: Vec<(&str, &mut SpatialPeriod)> = Vec::new();
     for group in groups {
@@ -57,7 +76,7 @@ pub(super) fn add(takes: &[AnalysedRecording], groups: &mut [Group]) -> Result<(
 
 /// The parts of the strokes of a recording that move one way; none where the motion was not measured.
 pub(super) fn travelled_of<'v>(
-    recording: usize,
+    (recording, late): (usize, Seconds),
     take: &AnalysedRecording,
     vibrations: &'v Vibrations,
 ) -> Vec<Travelled<'v>> {
@@ -65,7 +84,8 @@ pub(super) fn travelled_of<'v>(
         return Vec::new();
     };
     let strokes = take.segmentation.strokes.iter();
-    let ways = strokes.flat_map(|stroke| ways(&signals, stroke.steady));
+    let ways = strokes.flat_map(|stroke| ways(&signals, stroke.steady, late));
+    let ways = ways.filter(|way| way.speed_m_s(signals.rate) <= FASTEST_M_S);
     let part = |way: Way| Travelled {
         recording,
         vibration: (vibrations.channels.iter())
@@ -85,7 +105,9 @@ fn are_uneven(takes: &[&AnalysedRecording]) -> bool {
     let analyses = takes.iter().filter_map(|take| take.analysis.as_ref());
     let strokes = analyses.flat_map(|analysis| &analysis.strokes);
     let speeds = strokes.filter_map(|stroke| Some(stroke.speed_m_s?.mean));
-    let (low, high) = speeds.fold((f64::MAX, 0.0f64), |(low, high), v| (low.min(v), high.max(v)));
+    let (low, high) = speeds.fold((f64::MAX, 0.0f64), |(low, high), v| {
+        (low.min(v), high.max(v))
+    });
     high > (1.0 + UNEVEN) * low
 }
 

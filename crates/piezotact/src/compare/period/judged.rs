@@ -3,8 +3,9 @@
 use super::moving::{LinesOfSpeeds, moving_peak};
 use super::spectra::Spectrum;
 use super::{
-    Agreed, CYCLES, FoundIn, GroupPeriod, HIGHEST_OF_MANY, MOST_WAY_REACH, MULTIPLES, PeriodCriterion, PeriodUnit,
-    SpatialPeriod, SpeedPeak, is_excluded, lines_of_all_speeds, noise_db, reaching, weighted,
+    Agreed, CYCLES, FoundIn, GroupPeriod, HIGHEST_OF_MANY, LEAST_WAY_REACH, MOST_WAY_REACH,
+    MULTIPLES, PeriodCriterion, PeriodUnit, SpatialPeriod, SpeedPeak, is_excluded,
+    lines_of_all_speeds, noise_db, reaching, weighted,
 };
 use crate::compare::CompareWarning;
 use crate::criterion::{Criterion, Limit, Outcome};
@@ -25,7 +26,15 @@ pub(super) struct Candidate<'a> {
 impl Candidate<'_> {
     /// The period with its interval and criteria; none where no unit shows it.
     pub(super) fn judged(self) -> Option<SpatialPeriod> {
-        let Self { found_in, all, agreed, lines, groups, over, units } = self;
+        let Self {
+            found_in,
+            all,
+            agreed,
+            lines,
+            groups,
+            over,
+            units,
+        } = self;
         if units.is_empty() {
             return None;
         }
@@ -34,7 +43,10 @@ impl Candidate<'_> {
         let peaks: Vec<SpeedPeak> = (spectra.iter())
             .filter_map(|own| moving_peak(all, own, wavenumber))
             .collect();
-        let (log, interval) = weighted(&units);
+        let (log, mut interval) = weighted(&units);
+        if found_in == FoundIn::Way {
+            interval = interval.map(|[low, high]| [low - LEAST_WAY_REACH, high + LEAST_WAY_REACH]);
+        }
         let period_m = log.exp();
         let interval_m = interval.map(|interval| interval.map(f64::exp));
         let shortest_m = spectra.iter().map(|s| s.length_m).fold(f64::MAX, f64::min);
@@ -130,6 +142,7 @@ impl Candidate<'_> {
         }
         let mut found = SpatialPeriod {
             found_in,
+            late_s: None,
             period_m,
             outcome: Outcome::of_all(criteria.iter().map(|criterion| criterion.outcome)),
             interval_m,

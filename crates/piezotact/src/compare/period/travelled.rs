@@ -8,9 +8,11 @@ use serde::Serialize;
 use super::judged::Candidate;
 use super::moving::{ALL_MOVE, LinesOfSpeeds, log_normal};
 use super::spectra::{Spectrum, spectrum_up_to};
-use super::{FoundIn, HIGHEST_OF_FEW, PeriodUnit, SCATTER_DB, Sliding, SpatialPeriod, agreed, noise_db};
-use crate::fourier::RealTransform;
+use super::{
+    FoundIn, HIGHEST_OF_FEW, PeriodUnit, SCATTER_DB, Sliding, SpatialPeriod, agreed, noise_db,
+};
 use crate::feature::{Peak, peaks};
+use crate::fourier::RealTransform;
 use crate::quantity::{Band, Hertz, SampleRate, Uncalibrated, Unit};
 use crate::spectrum::{Symmetry, WelchConfig, WelchPlan, Window, frequency_axis};
 use crate::statistics::mean;
@@ -167,7 +169,9 @@ impl Even {
         };
         let peaks = peaks(&found.values, found.resolution_hz, band);
         let lines = frequency_axis(found.resolution_hz, found.values.len()).into_iter();
-        let held = lines.zip(&found.values).filter(|(hz, _)| band.contains(*hz));
+        let held = lines
+            .zip(&found.values)
+            .filter(|(hz, _)| band.contains(*hz));
         let (wavenumber_1_m, mean) = held
             .map(|(hz, value)| (hz / self.slowest_m_s, value * self.slowest_m_s))
             .unzip();
@@ -237,7 +241,10 @@ impl Travelled<'_> {
 
     /// Every channel as it was recorded.
     pub(crate) fn samples(&self) -> Vec<Vec<f64>> {
-        self.vibration.iter().map(|channel| channel.to_vec()).collect()
+        self.vibration
+            .iter()
+            .map(|channel| channel.to_vec())
+            .collect()
     }
 
     /// Every channel at ways `step_m` apart, by a cubic through the four samples around.
@@ -264,7 +271,11 @@ impl Travelled<'_> {
                         let i = *i as isize;
                         let [a, b, c, d] = [at(i - 1), at(i), at(i + 1), at(i + 2)];
                         // Catmull and Rom (1974).
-                        b + 0.5 * t * (c - a + t * (2.0 * a - 5.0 * b + 4.0 * c - d + t * (3.0 * (b - c) + d - a)))
+                        b + 0.5
+                            * t
+                            * (c - a
+                                + t * (2.0 * a - 5.0 * b + 4.0 * c - d
+                                    + t * (3.0 * (b - c) + d - a)))
                     })
                     .collect()
             })
@@ -306,7 +317,8 @@ fn teeth(own: &Spectrum, wavenumber: f64) -> Vec<f64> {
         let harmonics = (1..=HARMONICS).map_while(|n| {
             let order = f64::from(n);
             let expected = order * centre;
-            (own.reaches(expected) && expected < own.wavenumbers.last().copied()?).then_some((order, expected))
+            (own.reaches(expected) && expected < own.wavenumbers.last().copied()?)
+                .then_some((order, expected))
         });
         let found = harmonics.filter_map(|(order, expected)| {
             let reach = TOOTH.min(BETWEEN / order);
@@ -328,13 +340,12 @@ fn teeth(own: &Spectrum, wavenumber: f64) -> Vec<f64> {
 }
 
 /// The levels of the line at `wavenumber`, which stands `prominence_db` above the noise around it.
-fn tones(
-    parts: &[&Travelled<'_>],
-    rate: SampleRate,
-    wavenumber: f64,
-    prominence_db: f64,
-) -> Tones {
-    let longest = parts.iter().map(|part| part.way.way_m.len()).max().unwrap_or(0);
+fn tones(parts: &[&Travelled<'_>], rate: SampleRate, wavenumber: f64, prominence_db: f64) -> Tones {
+    let longest = parts
+        .iter()
+        .map(|part| part.way.way_m.len())
+        .max()
+        .unwrap_or(0);
     let n = (PADDING * longest).next_power_of_two();
     let mut transform = RealTransform::new(n);
     let bin_hz = rate.hz() / n as f64;
@@ -357,7 +368,11 @@ fn tones(
         bins.map(Complex::norm_sqr).collect()
     };
     let turns = |part: &Travelled<'_>| -> Vec<f64> {
-        part.way.way_m.iter().map(|x| TAU * wavenumber * x).collect()
+        part.way
+            .way_m
+            .iter()
+            .map(|x| TAU * wavenumber * x)
+            .collect()
     };
     // Mean levels over strokes and channels, along the way and at each frequency; with a tone of the way of the amplitude 1.
     let count = parts.iter().map(|part| part.vibration.len()).sum::<usize>() as f64;
@@ -370,7 +385,10 @@ fn tones(
         for channel in &part.vibration {
             let level = mean(channel);
             let windowed = || channel.iter().zip(window).map(|(v, w)| (v - level) * w);
-            let sum: Complex<f64> = windowed().zip(&turns).map(|(v, turn)| Complex::from_polar(v, -turn)).sum();
+            let sum: Complex<f64> = windowed()
+                .zip(&turns)
+                .map(|(v, turn)| Complex::from_polar(v, -turn))
+                .sum();
             along_db += level_db(sum.norm_sqr()) / count;
             for (sum, power) in time_db.iter_mut().zip(in_time(&mut windowed())) {
                 *sum += level_db(power) / count;
@@ -383,28 +401,41 @@ fn tones(
     }
     let highest = |levels: &[f64]| {
         let numbered = levels.iter().copied().enumerate();
-        numbered.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, 0.0))
+        numbered
+            .max_by(|a, b| a.1.total_cmp(&b.1))
+            .unwrap_or((0, 0.0))
     };
     let mean_db = |shares: &mut dyn Iterator<Item = f64>| {
-        let levels: Vec<f64> = shares.map(|share| level_db((share + noise) / (1.0 + noise))).collect();
+        let levels: Vec<f64> = shares
+            .map(|share| level_db((share + noise) / (1.0 + noise)))
+            .collect();
         mean(&levels)
     };
     let losses: Vec<f64> = (0..time_db.len())
-        .map(|bin| mean_db(&mut of_tone.iter().zip(&whole).map(|(tone, full)| tone.get(bin).copied().unwrap_or(0.0) / full)))
+        .map(|bin| {
+            mean_db(
+                &mut of_tone
+                    .iter()
+                    .zip(&whole)
+                    .map(|(tone, full)| tone.get(bin).copied().unwrap_or(0.0) / full),
+            )
+        })
         .collect();
     let (bin, highest_db) = highest(&time_db);
     let frequency_hz = (bins.start() + bin) as f64 * bin_hz;
     // A tone at that frequency, along the way.
-    let fixed_db = mean_db(&mut parts.iter().zip(&windows).zip(&whole).map(|((part, window), full)| {
-        let turns = turns(part);
-        let sum: Complex<f64> = (turns.iter().zip(window).enumerate())
-            .map(|(i, (turn, w))| {
-                let phase = TAU * frequency_hz * i as f64 / rate.hz();
-                Complex::from_polar(0.5 * w, phase - turn)
-            })
-            .sum();
-        sum.norm_sqr() / full
-    }));
+    let fixed_db = mean_db(&mut parts.iter().zip(&windows).zip(&whole).map(
+        |((part, window), full)| {
+            let turns = turns(part);
+            let sum: Complex<f64> = (turns.iter().zip(window).enumerate())
+                .map(|(i, (turn, w))| {
+                    let phase = TAU * frequency_hz * i as f64 / rate.hz();
+                    Complex::from_polar(0.5 * w, phase - turn)
+                })
+                .sum();
+            sum.norm_sqr() / full
+        },
+    ));
     Tones {
         found_db: along_db - highest_db,
         moving_db: -highest(&losses).1,
