@@ -325,7 +325,7 @@ const SAME_SPEED: f64 = 0.01;
 /// the plain mean over groups; the interval ± t·s·√Σw², s the standard deviation of ln(v/f) over units, Student's t with n − 1
 /// degrees of freedom.
 ///
-/// Source: f = v/λ, as used for fingerprints and ridged boards by J. Scheibert et al. (2009), Science 323(5920); docs/decisions/strokes.md
+/// Source: f = v/λ, as used for fingerprints and ridged boards by J. Scheibert et al. (2009), Science 323(5920); docs/decisions/periods.md
 /// for the multiples.
 #[must_use]
 pub fn spatial_period(slidings: &[Sliding<'_>], lowest: Hertz) -> Option<SpatialPeriod> {

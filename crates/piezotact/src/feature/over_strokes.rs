@@ -120,7 +120,7 @@ mod tests {
     }
 
     /// A level that rises stroke by stroke, a sensor that comes loose, friction of a skin that gets moist; not the scatter of strokes, of
-    /// which 20 of 2,000 recordings at most have a course by chance.
+    /// which 1 % have a course by chance: 20 of 2,000, ± 4.5.
     #[test]
     fn a_course_over_strokes_is_said_and_scatter_is_not() {
         let wobble = |i: usize| 0.3 * f64::from((i as u32 * 7) % 5);
@@ -166,6 +166,6 @@ mod tests {
             let of = |i: usize| order[i] as f64 / 11.0 - 0.5;
             by_chance += usize::from(!strokes(|i| 5.5 * of(i), |i| 0.6 + 0.22 * of(i)).is_empty());
         }
-        assert!(by_chance <= 20, "{by_chance}");
+        assert!(by_chance <= 34, "{by_chance}");
     }
 }
