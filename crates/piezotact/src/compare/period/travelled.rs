@@ -90,10 +90,10 @@ const PADDING: usize = 2;
 /// spread along the way.
 ///
 /// Formula: D = mean level of the line along the way − the highest mean level at one frequency that the speeds pass, dB, Hann windows. A line
-/// that moves has D = d_m, one that stays D = −d_s: what a tone of the way loses in time and one of the time along the way, above the noise
+/// that moves has D = a, one that stays D = −b: what a tone of the way loses in time and one of the time along the way, above the noise
 /// around it. Log likelihoods are those of a normal variable around them, s² = (5.57/√strokes)² + 3² dB².
 ///
-/// The period is the geometric mean of those of the harmonics that stand out, n·λ_n, the interval ± t·s/√n over recordings, or over the harmonics of the
+/// The period is the geometric mean over the harmonics that stand out of n times their wavelength, the interval ± t·s/√n over recordings, or over the harmonics of the
 /// only one: its strokes touch the same place, so that they are no repeats, while each harmonic has its own error where a line is broad.
 ///
 /// Source: order tracking, K. R. Fyfe and E. D. S. Munck (1997), Mech. Syst. Signal Process. 11(2), 187–205; house rule for the likelihoods.
