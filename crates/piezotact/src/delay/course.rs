@@ -244,8 +244,6 @@ fn next_step(
 pub(crate) struct Fit {
     /// The change of the delay over a place.
     pub(crate) slope: f64,
-    /// The delay at place 0.
-    pub(crate) begin: f64,
     /// The mean place and delay of all that was used.
     pub(crate) middle: [f64; 2],
     /// How far the delay jumps at each step, and the standard error.
@@ -321,7 +319,6 @@ impl Fit {
             let whole = |k: usize| sums.iter().map(|sum| sum[k]).sum::<f64>() / all;
             fit = Some(Self {
                 slope,
-                begin: level(0),
                 middle: [whole(1), whole(2)],
                 jumps: (1..sides).map(|s| level(s) - level(s - 1)).collect(),
                 jump_errors: jump_errors.collect(),

@@ -3,11 +3,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::delay::{Course, Local, Outliers, Rules};
 use crate::fourier::{RealTransform, fast_length};
 use crate::quantity::{Band, SampleRate};
 use crate::resample::at_places;
-use crate::statistics::{mean, rms, vertex};
+use crate::statistics::{mean, median, vertex};
 
 /// Samples that a recording lost, or repeated.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -89,9 +88,22 @@ const LEAST_LOST: f64 = 0.7;
 /// A longer jump of the delay is a pause and not lost samples, s.
 const LONGEST_LOST_S: f64 = 0.01;
 /// The largest number of places at which lost samples are looked for.
-const MOST_PLACES: usize = 12;
+const MOST_PLACES: usize = 4;
 /// A delay is steady when it scatters by less than this about its line, in samples.
 const STEADY: f64 = 0.15;
+/// The least distance between two steps, in windows: as windows overlap, one step shows in two consecutive windows.
+const MIN_STEP_DISTANCE: usize = 3;
+
+/// The delay of one window.
+#[derive(Clone, Copy, Debug)]
+struct Local {
+    /// The middle of the window, samples of the target.
+    at: f64,
+    /// How much later the measurement is there, samples.
+    delay: f64,
+    weight: f64,
+}
+
 /// How the delay of `measured` changes over the samples of `target`, to which it is otherwise aligned. Both
 /// are limited to `band`; `sign` is −1 for a measurement with the sign reversed.
 ///
@@ -108,33 +120,33 @@ pub(super) fn clock(
     if locals.len() < FEWEST {
         return Clock::default();
     }
-    let rules = Rules {
-        // Windows overlap by half: two of them count as about 1.5 independent ones.
-        overlap: 1.5,
-        clear: 0.6,
-        aside: 2,
-        steps: MOST_PLACES,
-        sizes: LEAST_LOST..LONGEST_LOST_S * rate.hz(),
-        steady: STEADY,
-        least: 1e-3,
-        outliers: Outliers::Held,
-    };
-    let Some(Course { fit, steps, slope }) = Course::of(&locals, &rules) else {
-        return Clock::default();
-    };
+    let most = LONGEST_LOST_S * rate.hz();
+    let counted = |jump: &f64| (LEAST_LOST..=most).contains(&jump.abs());
+    // The fewest steps after which the delay is steady. A delay that stays unsteady is not explained by lost samples, but
+    // a drift may still explain it.
+    let places = jumps(&locals);
+    let (fit, steps) = (0..=places.len())
+        .map(|count| {
+            let mut steps = places[..count].to_vec();
+            steps.sort_by(f64::total_cmp);
+            (Fit::of(&locals, &steps), steps)
+        })
+        .find(|(fit, _)| fit.spread < STEADY && fit.jumps.iter().all(counted))
+        .unwrap_or_else(|| (Fit::of(&locals, &[]), Vec::new()));
+    let ppm = fit.slope * 1e6;
     let length = target.len() as f64;
-    let ppm = slope.map(|[slope, _]| slope * 1e6);
-    let shown = ppm.filter(|ppm| (ppm * 1e-6 * length).abs() > STEADY && ppm.abs() <= MOST_PPM);
-    let spread = rms(&fit.left.iter().copied().flatten().collect::<Vec<_>>());
+    let shown = fit.slope.abs() > 3.0 * fit.slope_error
+        && (fit.slope * length).abs() > STEADY
+        && ppm.abs() <= MOST_PPM;
     let lost = steps.iter().zip(&fit.jumps).map(|(at, jump)| Lost {
         at_s: at / rate.hz(),
         // After a lost sample everything arrives one sample earlier.
         samples: whole(-jump),
     });
     Clock {
-        drift_ppm: shown,
+        drift_ppm: shown.then_some(ppm),
         lost: lost.collect(),
-        wander_s: Some(spread / rate.hz()),
+        wander_s: Some(fit.spread / rate.hz()),
         begin: fit.begin,
     }
 }
@@ -146,6 +158,37 @@ fn whole(samples: f64) -> f64 {
     } else {
         samples
     }
+}
+
+/// The places, in samples of the target, where the delay changes most from one window to the next beyond its usual change:
+/// the largest change first, and no more than [`MOST_PLACES`].
+fn jumps(locals: &[Local]) -> Vec<f64> {
+    let changes: Vec<f64> = locals
+        .windows(2)
+        .map(|pair| pair[1].delay - pair[0].delay)
+        .collect();
+    let usual = median(&mut changes.clone()).unwrap_or(0.0);
+    let mut order: Vec<usize> = (0..changes.len()).collect();
+    order.sort_by(|a, b| {
+        let size = |i: usize| (changes[i] - usual).abs();
+        size(*b).total_cmp(&size(*a))
+    });
+    let mut chosen: Vec<usize> = Vec::new();
+    for i in order {
+        if chosen.len() == MOST_PLACES {
+            break;
+        }
+        if chosen
+            .iter()
+            .all(|other| i.abs_diff(*other) >= MIN_STEP_DISTANCE)
+        {
+            chosen.push(i);
+        }
+    }
+    chosen
+        .into_iter()
+        .map(|i| 0.5 * (locals[i].at + locals[i + 1].at))
+        .collect()
 }
 
 /// The delays of the windows of `target` that `measured` follows, in the order of time.
@@ -222,7 +265,7 @@ fn followed(
     let local = |w: usize, (delay, correlation): (f64, f64)| Local {
         at: w as f64 * hop as f64 + 0.5 * length as f64,
         delay,
-        weight: (correlation.powi(2) / (1.001 - correlation.powi(2))).min(50.0),
+        weight: correlation.powi(2) / (1.001 - correlation.powi(2)),
     };
     let mut found = vec![local(start, first)];
     let mut near = first.0;
@@ -241,6 +284,81 @@ fn followed(
     }
     found.sort_by(|a, b| a.at.total_cmp(&b.at));
     found
+}
+
+/// A line with steps through delays.
+struct Fit {
+    /// Samples of delay a sample.
+    slope: f64,
+    slope_error: f64,
+    /// The delay at the first sample.
+    begin: f64,
+    /// How far the delay jumps at each place, samples.
+    jumps: Vec<f64>,
+    /// The rms of what is left, samples.
+    spread: f64,
+}
+
+impl Fit {
+    /// The fit of one slope with jumps at `steps` to `locals`; windows on a step are left out.
+    fn of(locals: &[Local], steps: &[f64]) -> Self {
+        let sides = steps.len() + 1;
+        let side = |at: f64| steps.iter().filter(|step| **step <= at).count();
+        let hop = locals
+            .windows(2)
+            .map(|pair| pair[1].at - pair[0].at)
+            .fold(f64::INFINITY, f64::min);
+        let clear = |local: &&Local| steps.iter().all(|step| (local.at - step).abs() > 0.6 * hop);
+        let used: Vec<Local> = locals.iter().filter(clear).copied().collect();
+        let mut weights: Vec<f64> = used.iter().map(|local| local.weight.min(50.0)).collect();
+        let (mut slope, mut levels) = (0.0, vec![0.0; sides]);
+        let mut left: Vec<f64> = Vec::new();
+        // Reweighted least squares: an outlying window does not change the slope.
+        for _ in 0..4 {
+            let mut sums = vec![(0.0, 0.0, 0.0); sides];
+            for (local, w) in used.iter().zip(&weights) {
+                let sum = &mut sums[side(local.at)];
+                *sum = (sum.0 + w, sum.1 + w * local.at, sum.2 + w * local.delay);
+            }
+            let middle = |s: usize| {
+                let (w, at, delay) = sums[s];
+                (at / w.max(1e-12), delay / w.max(1e-12))
+            };
+            let (mut across, mut along) = (0.0, 0.0);
+            for (local, w) in used.iter().zip(&weights) {
+                let (at, delay) = middle(side(local.at));
+                across += w * (local.at - at) * (local.delay - delay);
+                along += w * (local.at - at).powi(2);
+            }
+            slope = if along > 0.0 { across / along } else { 0.0 };
+            for (s, level) in levels.iter_mut().enumerate() {
+                let (at, delay) = middle(s);
+                *level = delay - slope * at;
+            }
+            left = used
+                .iter()
+                .map(|local| local.delay - levels[side(local.at)] - slope * local.at)
+                .collect();
+            let mut sizes: Vec<f64> = left.iter().map(|v| v.abs()).collect();
+            let usual = median(&mut sizes).unwrap_or(0.0).max(1e-3);
+            for ((w, local), v) in weights.iter_mut().zip(&used).zip(&left) {
+                *w = local.weight.min(50.0) * (3.0 * usual / v.abs().max(1e-9)).min(1.0);
+            }
+        }
+        let n = used.len() as f64;
+        let squares: f64 = left.iter().map(|v| v * v).sum();
+        let middle = mean(&used.iter().map(|local| local.at).collect::<Vec<f64>>());
+        let along: f64 = used.iter().map(|local| (local.at - middle).powi(2)).sum();
+        let freedom = (n - 1.0 - sides as f64).max(1.0);
+        Self {
+            slope,
+            begin: levels[0],
+            // Windows overlap by half: two of them count as about 1.5 independent ones.
+            slope_error: (1.5 * squares / freedom / along.max(1e-12)).sqrt(),
+            jumps: levels.windows(2).map(|pair| pair[1] - pair[0]).collect(),
+            spread: (squares / n.max(1.0)).sqrt(),
+        }
+    }
 }
 
 impl Clock {
