@@ -1,5 +1,7 @@
 //! The distribution of amplitudes in equal bins, counted in one pass, and bounds of the counts in any interval of it.
 
+use super::pass::tally;
+
 /// The number of bins over the whole range: twice as many as the narrowest bins in which a peak is looked for.
 const BINS: usize = 4096;
 
@@ -15,14 +17,10 @@ impl Histogram {
     /// The histogram of `samples`, which lie between `low` and `high`.
     pub(super) fn of(samples: &[f64], low: f64, high: f64) -> Self {
         let scale = BINS as f64 / (high - low);
+        let counts = tally(samples, BINS as u32, move |v| (v - low) * scale);
         let mut below = vec![0_u32; BINS + 2];
-        for v in samples {
-            below[(((v - low) * scale) as usize).min(BINS) + 1] += 1;
-        }
-        let mut sum = 0;
-        for count in &mut below {
-            sum += *count;
-            *count = sum;
+        for (k, count) in counts.into_iter().enumerate() {
+            below[k + 1] = below[k] + count;
         }
         Self { below, low, scale }
     }

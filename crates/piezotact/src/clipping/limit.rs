@@ -1,6 +1,9 @@
 //! Detection of clipping from the distribution of amplitudes: the share of samples at a limit.
 
+use std::cell::LazyCell;
+
 use super::histogram::{FromEnd, Histogram};
+use super::pass::{Ends, ends, near, next_below, tally};
 
 /// The shares of samples at a lower and at an upper limit, 0–1 of all samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -97,7 +100,7 @@ fn limited_at(samples: &[f64]) -> (Limited, Rails) {
         low: None,
         high: None,
     };
-    let (low, high) = extremes(samples);
+    let Ends { low, high, step } = ends(samples);
     if samples.len() < 16
         || low >= high
         || !takes_more_than(FEW_STEPS, samples, SAME * (high - low))
@@ -108,18 +111,16 @@ fn limited_at(samples: &[f64]) -> (Limited, Rails) {
     // A square wave has its median at one of its ends.
     let quarter = 0.25 * (high - low);
     let middle = histogram.median().clamp(low + quarter, high - quarter);
-    let step = step(samples);
+    let rounding = ROUNDING * (high - low);
+    let at_ends = near(samples, [low, high], rounding);
     let bins = |sign: f64, extreme: f64| Bins::of(samples.len(), sign * (extreme - middle), step);
-    let side = |sign: f64, extreme: f64| {
+    let side = |sign: f64, extreme: f64, at_limit: usize| {
         // Silence is not clipping.
         if extreme == 0.0 {
             return (0.0, extreme, Place::Near);
         }
         let end = histogram.seen_from(sign);
-        let often = end.at_most(0.0) as usize >= FEWEST_SAMPLES;
-        let rounding = ROUNDING * (high - low);
-        let exact = || at_the_extreme(samples, sign, extreme, rounding);
-        if let Some(share) = often.then(exact).flatten() {
+        if let Some(share) = at_the_extreme(samples, (sign, extreme), at_limit, rounding) {
             return (share, extreme - sign * rounding, Place::Exact);
         }
         let (share, rail) = bins(sign, extreme)
@@ -129,8 +130,8 @@ fn limited_at(samples: &[f64]) -> (Limited, Rails) {
             });
         (share, rail, Place::Near)
     };
-    let (low_share, low_rail, low_place) = side(-1.0, low);
-    let (high_share, high_rail, high_place) = side(1.0, high);
+    let (low_share, low_rail, low_place) = side(-1.0, low, at_ends[0]);
+    let (high_share, high_rail, high_place) = side(1.0, high, at_ends[1]);
     let found = Limited {
         low: low_share,
         high: high_share,
@@ -178,22 +179,21 @@ fn limited_at(samples: &[f64]) -> (Limited, Rails) {
 /// Values that differ by less than this part of the range are one.
 const ROUNDING: f64 = 1e-13;
 
-/// The share of samples that equal the extreme, where that is a limit.
-fn at_the_extreme(samples: &[f64], sign: f64, extreme: f64, rounding: f64) -> Option<f64> {
-    let count = |value: f64| {
-        let equal = samples.iter().map(|v| (v - value).abs() <= rounding);
-        equal.map(usize::from).sum::<usize>()
-    };
-    let at_limit = count(extreme);
+/// The share of samples that equal the extreme, as `at_limit` of them do, where that is a limit.
+fn at_the_extreme(
+    samples: &[f64],
+    (sign, extreme): (f64, f64),
+    at_limit: usize,
+    rounding: f64,
+) -> Option<f64> {
     if at_limit < FEWEST_SAMPLES {
         return None;
     }
     let mut beside = sign * extreme;
     for _ in 0..NEIGHBOURS {
-        let below = beside - rounding;
-        let next = samples.iter().map(|v| sign * v).filter(|v| *v < below);
-        beside = next.fold(f64::MIN, f64::max);
-        if at_limit < ABOVE_NEIGHBOURS * count(sign * beside) {
+        beside = next_below(samples, sign, beside - rounding);
+        let [count] = near(samples, [sign * beside], rounding);
+        if at_limit < ABOVE_NEIGHBOURS * count {
             return None;
         }
     }
@@ -282,43 +282,6 @@ const ABOVE_PREDICTION: f64 = 3.0;
 const FLATTEST_CREST: f64 = 1.19;
 const EVEN: f64 = 2.0;
 
-/// The number of minima that are kept side by side, so that a processor compares several samples at once.
-const LANES: usize = 8;
-
-/// The lowest and the highest of `samples`.
-fn extremes(samples: &[f64]) -> (f64, f64) {
-    let (mut low, mut high) = ([f64::MAX; LANES], [f64::MIN; LANES]);
-    let mut chunks = samples.chunks_exact(LANES);
-    let mut take = |chunk: &[f64]| {
-        for ((v, low), high) in chunk.iter().zip(&mut low).zip(&mut high) {
-            *low = if *v < *low { *v } else { *low };
-            *high = if *v > *high { *v } else { *high };
-        }
-    };
-    chunks.by_ref().for_each(&mut take);
-    take(chunks.remainder());
-    let low = low.into_iter().fold(f64::MAX, f64::min);
-    (low, high.into_iter().fold(f64::MIN, f64::max))
-}
-
-/// The smallest change from one sample to the next, without those of zero: the step of a converter.
-pub(crate) fn step(samples: &[f64]) -> f64 {
-    let mut least = [f64::MAX; LANES];
-    let next = samples.get(1..).unwrap_or_default();
-    let mut pairs = (samples.chunks_exact(LANES)).zip(next.chunks_exact(LANES));
-    let mut take = |(samples, next): (&[f64], &[f64])| {
-        for ((v, next), least) in samples.iter().zip(next).zip(&mut least) {
-            let change = (next - v).abs();
-            let smaller = change > 0.0 && change < *least;
-            *least = if smaller { change } else { *least };
-        }
-    };
-    pairs.by_ref().for_each(&mut take);
-    let done = next.len() / LANES * LANES;
-    take((&samples[done..], &next[done..]));
-    least.into_iter().fold(f64::MAX, f64::min)
-}
-
 /// The bins from the end of a distribution to its middle in which a peak is looked for.
 #[derive(Clone, Copy)]
 struct Bins {
@@ -373,24 +336,32 @@ impl Bins {
         let edge = |bins: usize| bins as f64 * self.width;
         let most = |bins: usize| f64::from(end.at_most(edge(bins)));
         let least = |bins: usize| f64::from(end.at_least(edge(bins)));
-        let inside = |from: usize, to: usize| most(to) - least(from);
-        let exceeds = |from: usize, width: usize| {
-            let (to, inside) = (from + width, inside(from, from + width));
-            // At the flattest slope the samples after a peak predict as many as they are.
-            let predicted = || (least(to + width) - most(to)).max(0.0) / (EVEN - 1.0);
-            inside > self.least && excess(inside, predicted()) > 0.0
+        let widths: Vec<usize> = self.widths().collect();
+        let widest = widths.last().copied().unwrap_or(NARROWEST);
+        let looked_at = 0..self.count / 2 + AT_A_TIME + 2 * widest;
+        // Many places are seldom looked at more closely.
+        let both = LazyCell::new(|| -> Vec<[f64; 2]> {
+            looked_at.map(|bins| [most(bins), least(bins)]).collect()
+        });
+        let may_exceed = |from: usize| {
+            let both: &[[f64; 2]] = &both;
+            let inside = |width: usize| both[from + width][0] - both[from][1];
+            let exceeds = |width: &usize| {
+                let (to, inside) = (from + width, inside(*width));
+                // At the flattest slope the samples after a peak predict as many as they are.
+                let predicted = (both[to + width][1] - both[to][0]).max(0.0) / (EVEN - 1.0);
+                inside > self.least
+                    && inside > ABOVE_PREDICTION * predicted
+                    && excess(inside, predicted) > 0.0
+            };
+            inside(widest) > self.least && widths.iter().any(exceeds)
         };
-        let widest = self.widths().last().unwrap_or(NARROWEST);
         for from in (0..self.count / 2).step_by(AT_A_TIME) {
-            let (beyond, inside) = (least(from), inside(from, from + AT_A_TIME + widest));
+            let (beyond, inside) = (least(from), most(from + AT_A_TIME + widest) - least(from));
             if beyond > BEYOND * inside && beyond > self.least {
                 break;
             }
             let open = beyond <= BEYOND * inside && inside > self.least;
-            let may_exceed = |from: usize| {
-                let enough = most(from + widest) - least(from) > self.least;
-                enough && self.widths().any(|width| exceeds(from, width))
-            };
             if open && (from..from + AT_A_TIME).any(may_exceed) {
                 return true;
             }
@@ -415,15 +386,11 @@ struct Counts {
 
 impl Counts {
     fn of(samples: &[f64], sign: f64, extreme: f64, bins: Bins) -> Self {
+        let place = move |v: f64| sign * (extreme - v) / bins.width + 1e-6;
+        let counts = tally(samples, bins.count as u32, place);
         let mut sums = vec![0_usize; bins.count + 1];
-        for v in samples {
-            let from_end = (sign * (extreme - v) / bins.width + 1e-6) as usize;
-            if from_end < bins.count {
-                sums[from_end + 1] += 1;
-            }
-        }
         for k in 1..=bins.count {
-            sums[k] += sums[k - 1];
+            sums[k] = sums[k - 1] + counts[k - 1] as usize;
         }
         Self { sums, bins }
     }
@@ -569,6 +536,7 @@ fn repeats(samples: &[f64]) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use crate::clipping::step;
     use crate::statistics::random::Random;
 
     use super::*;

@@ -2,6 +2,7 @@
 
 mod histogram;
 mod limit;
+mod pass;
 mod warning;
 
 use crate::quantity::{Drive, Quantity};
@@ -9,8 +10,9 @@ use crate::series::Series;
 use crate::warning::Warning;
 pub use warning::{ClippedAt, ClippingWarning};
 
+pub(crate) use limit::Rails;
 pub use limit::{Limited, limited};
-pub(crate) use limit::{Rails, step};
+pub(crate) use pass::step;
 
 /// How much of a measurement stood at a limit.
 #[derive(Clone, Debug, Default, PartialEq)]

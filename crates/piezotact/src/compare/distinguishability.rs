@@ -184,7 +184,7 @@ impl Pair {
     }
 
     /// Why nothing is decided, in a few words.
-    fn open_because(&self) -> String {
+    fn open_because(&self, groups: &Groups) -> String {
         let is = |what, outcome| {
             let mut all = self.criteria.iter();
             all.any(|c| c.what == what && c.outcome == outcome)
@@ -210,10 +210,26 @@ impl Pair {
         }
         match self.p_adjusted {
             Some(p) if !is(PairCriterion::Chance, Outcome::Met) => {
-                format!("the difference may be due to chance, p = {p:.3}")
+                if self.is_smallest_p(groups) {
+                    format!("p = {p:.3} is the smallest that so few repetitions can give")
+                } else {
+                    format!("the difference may be due to chance, p = {p:.3}")
+                }
             }
             _ => "the halves of one sample differ by as much".into(),
         }
+    }
+
+    /// Whether no division of the units of both samples has a larger distance; of samples with as many units, two are the same.
+    fn is_smallest_p(&self, groups: &Groups) -> bool {
+        let same = if groups.units[self.a] == groups.units[self.b] {
+            2.0
+        } else {
+            1.0
+        };
+        self.permuted.is_some_and(|test| {
+            test.exhaustive && test.p_value * test.divisions as f64 <= same + 0.5
+        })
     }
 
     fn sentence(&self, groups: &Groups) -> String {
@@ -222,7 +238,7 @@ impl Pair {
         if self.neither_felt {
             // A distance above the threshold says nothing there.
             let why = match self.outcome {
-                Distinguishability::NotDecided => format!("; {}", self.open_because()),
+                Distinguishability::NotDecided => format!("; {}", self.open_because(groups)),
                 _ => String::new(),
             };
             return format!("{word}: {both}: neither reaches the detection threshold{why}");
@@ -235,7 +251,7 @@ impl Pair {
             format!(" (95 %: {low:.2}–{high:.2}; halves of one sample: {halves:.2})")
         });
         let why = match self.outcome {
-            Distinguishability::NotDecided => format!("; {}", self.open_because()),
+            Distinguishability::NotDecided => format!("; {}", self.open_because(groups)),
             _ => String::new(),
         };
         format!(
