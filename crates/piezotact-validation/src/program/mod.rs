@@ -70,7 +70,7 @@ enum Command {
     Intervals,
     /// How often tests of people, panels and EEG find a difference where there is none, and how often their 95 % intervals hold the truth.
     People {
-        /// Parts: people, tasks, samples, shares, panels, eeg, thresholds; default: all.
+        /// Parts: people, tasks, samples, shares, felt, panels, eeg, thresholds; default: all.
         part: Vec<String>,
     },
     /// Rendering errors by method and level, for many people of the twin.

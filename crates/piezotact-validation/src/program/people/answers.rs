@@ -18,6 +18,8 @@ const STUDIES: usize = 2_000;
 const RIGHT_SHARE: f64 = 0.7;
 /// How people differ, logits.
 const PEOPLE_LOGIT: f64 = 0.9;
+/// How people differ who are hardly different.
+const ALIKE_LOGIT: f64 = 0.3;
 /// Where chance is 25 %, and something is felt.
 const FELT_SHARE: f64 = 0.35;
 /// Of two samples that are not confused.
@@ -122,6 +124,7 @@ fn intervals() -> Vec<Scenario> {
     let usual = of(Spread::Normal(PEOPLE_LOGIT));
     let equal = |people| Asked::of("equal", people, usual);
     let guessers = of(Spread::Guessers(PEOPLE_LOGIT));
+    let mixture = of(Spread::Guessers(ALIKE_LOGIT));
     let skewed = of(Spread::Skewed(PEOPLE_LOGIT));
     let all = [
         equal(4),
@@ -137,6 +140,8 @@ fn intervals() -> Vec<Scenario> {
         Asked::of("skewed", 20, skewed),
         Asked::of("15 % guessers", 10, guessers),
         Asked::of("15 % guessers", 20, guessers),
+        Asked::of("15 % guessers, others alike", 10, mixture),
+        Asked::of("15 % guessers, others alike", 20, mixture),
     ];
     let scenario = |asked: Asked| Scenario {
         questions: [

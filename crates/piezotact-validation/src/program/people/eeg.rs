@@ -6,8 +6,10 @@ use piezotact::quantity::{Band, Hertz, SampleRate};
 use piezotact::statistics::random::Random;
 use piezotact_people::eeg::epochs::{Criterion, CutConfig, Epochs};
 use piezotact_people::eeg::erd::{Mode, Order};
-use piezotact_people::eeg::group::{GroupConfig, compare};
-use piezotact_people::eeg::person::{EegErd, NamedBand, PersonConfig, Positions, Region, person};
+use piezotact_people::eeg::group::{GroupConfig, GroupCriterion, LEVEL, compare};
+use piezotact_people::eeg::person::{
+    Change, EegErd, NamedBand, PersonConfig, Positions, Region, person,
+};
 use piezotact_people::eeg::prepare::{
     ChannelChoice, ConditionCount, EpochCounts, MarkerChoice, PrepareConfig, Prepared, Reference,
 };
@@ -18,7 +20,7 @@ use super::ability::{GUESSERS_SHARE, skewed};
 use super::{Found, Printed, Question, Scenario, World};
 
 const STUDIES: usize = 1_000;
-const CHANNELS: [&str; 9] = ["C3", "C1", "Cz", "C2", "C4", "FC3", "FC4", "CP3", "CP4"];
+const CHANNELS: [&str; 5] = ["C3", "C1", "C5", "FC3", "CP3"];
 const TASKS: [&str; 2] = ["a", "b"];
 const FREQUENCIES_HZ: [f64; 3] = [8.0, 10.0, 12.0];
 const RATE_HZ: f64 = 64.0;
@@ -30,8 +32,14 @@ const PEOPLE_DB: f64 = 1.0;
 const TASK_DB: f64 = 0.8;
 /// The difference between the tasks, where there is one, dB.
 const EFFECT_DB: f64 = 1.0;
+/// The power of a baseline, dB re 1 µV², how people differ in it, and how a person does between tasks.
+const BASELINE_DB: f64 = 10.0;
+const BASELINE_PEOPLE_DB: f64 = 3.0;
+const BASELINE_TASK_DB: f64 = 0.3;
+/// How much more power one of two unequal baselines has, dB.
+const BASELINES_DB: f64 = 2.0;
 /// Of the cluster test.
-const FLIPS: usize = 512;
+const FLIPS: usize = 256;
 
 /// How people differ between tasks.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -42,6 +50,8 @@ enum Differ {
     OneTask,
     Skewed,
     NoChange,
+    /// The power in the window is the same; that in the baseline is not.
+    Baselines,
 }
 
 impl Differ {
@@ -53,6 +63,15 @@ impl Differ {
             Self::OneTask => "unequal n: 4 with one task alone",
             Self::Skewed => "skewed in one task",
             Self::NoChange => "15 % without any change in one task",
+            Self::Baselines => "unequal baselines, equal windows",
+        }
+    }
+
+    /// The true difference of the changes, dB.
+    fn difference_db(self) -> f64 {
+        match self {
+            Self::Baselines => -BASELINES_DB,
+            _ => 0.0,
         }
     }
 
@@ -124,7 +143,7 @@ fn somebody() -> Result<EegErd> {
             cycles: FREQUENCIES_HZ.map(|hz| hz / 2.0).to_vec(),
             decimation: 1,
         },
-        step_s: 0.1,
+        step_s: 0.2,
         bands: vec![NamedBand {
             name: "alpha".into(),
             hz: Band::new(Hertz(8.0), Hertz(12.0))?,
@@ -148,30 +167,35 @@ fn somebody() -> Result<EegErd> {
     )?)
 }
 
-/// The document of a person in a task with this change, and noise of its own at each electrode.
-fn document(
-    of: &EegErd,
-    name: &str,
-    task: usize,
-    (change_db, epochs): (f64, usize),
-    random: &mut Random,
-) -> EegErd {
+/// What somebody shows in a task.
+struct Shown {
+    change_db: f64,
+    baseline_db: f64,
+    epochs: usize,
+}
+
+/// The document of a person in a task, with noise of its own at each electrode.
+fn document(of: &EegErd, name: &str, task: usize, shown: &Shown, random: &mut Random) -> EegErd {
     let mut found = of.clone();
     found.file = format!("{name}_{}.vhdr", TASKS[task]);
     found.subject = Subject {
         participant: name.to_owned(),
         task: TASKS[task].to_owned(),
     };
+    let power_v2 = |db: f64| 1e-12 * 10f64.powf(db / 10.0);
+    let set = |one: &mut Change, change_db: f64| {
+        one.decibels = change_db;
+        one.percent = 100.0 * (10f64.powf(change_db / 10.0) - 1.0);
+        one.baseline_power_v2 = power_v2(shown.baseline_db);
+        one.window_power_v2 = power_v2(shown.baseline_db + change_db);
+        one.epochs = shown.epochs;
+    };
     let off: Vec<f64> = CHANNELS.iter().map(|_| 0.5 * random.normal()).collect();
     for region in &mut found.regions {
-        region.decibels = change_db;
-        region.percent = 100.0 * (10f64.powf(change_db / 10.0) - 1.0);
-        region.epochs = epochs;
+        set(region, shown.change_db);
     }
     for (one, off) in found.electrodes.iter_mut().zip(&off) {
-        one.decibels = change_db + off;
-        one.percent = 100.0 * (10f64.powf(one.decibels / 10.0) - 1.0);
-        one.epochs = epochs;
+        set(one, shown.change_db + off);
     }
     let times_s = found.times_s.clone();
     for map in &mut found.maps {
@@ -181,12 +205,13 @@ fn document(
             let electrode = at / times_s.len() / FREQUENCIES_HZ.len();
             noise = 0.7 * noise + random.normal();
             let inside = if time > 0.0 {
-                change_db + off[electrode]
+                shown.change_db + off[electrode]
             } else {
                 0.0
             };
             *decibels = inside + noise;
         }
+        map.baselines_db.fill(shown.baseline_db);
     }
     found
 }
@@ -204,6 +229,7 @@ pub(super) fn scenarios() -> Vec<Scenario> {
         (D::Skewed, 10),
         (D::NoChange, 10),
         (D::NoChange, 20),
+        (D::Baselines, 10),
     ];
     let Ok(of) = somebody() else {
         return Vec::new();
@@ -219,19 +245,25 @@ fn scenario(of: EegErd, kind: Differ, people: usize) -> Scenario {
         let of_one = if kind == Differ::OneTask { 4 } else { 0 };
         for i in 0..people + of_one {
             let shared_db = PEOPLE_DB * random.normal();
-            for task in 0..if i < people { 2 } else { 1 } {
+            let own_db = BASELINE_DB + BASELINE_PEOPLE_DB * random.normal();
+            let tasks = if i < people { 2 } else { 1 };
+            for task in 0..tasks {
                 let more_db = match (task, world) {
                     (1, World::Effect) => EFFECT_DB,
                     _ => 0.0,
                 };
-                let change_db = CHANGE_DB + shared_db + kind.of_task(task, &mut random) + more_db;
-                let epochs = match (kind, task) {
-                    (Differ::UnequalEpochs, 1) => EPOCHS,
-                    (Differ::UnequalEpochs, _) => 4 * EPOCHS,
-                    _ => EPOCHS,
+                let difference_db = [0.0, kind.difference_db()][task];
+                let of_task_db = kind.of_task(task, &mut random);
+                let shown = Shown {
+                    change_db: CHANGE_DB + shared_db + of_task_db + difference_db + more_db,
+                    baseline_db: own_db - difference_db + BASELINE_TASK_DB * random.normal(),
+                    epochs: match (kind, task) {
+                        (Differ::UnequalEpochs, 0) => 4 * EPOCHS,
+                        _ => EPOCHS,
+                    },
                 };
                 let name = format!("P{i:02}");
-                documents.push(document(&of, &name, task, (change_db, epochs), &mut random));
+                documents.push(document(&of, &name, task, &shown, &mut random));
             }
         }
         let config = GroupConfig {
@@ -246,18 +278,28 @@ fn scenario(of: EegErd, kind: Differ, people: usize) -> Scenario {
         let contrast = found.contrasts.first().context("no contrast")?;
         let measured = contrast.contrast;
         let interval = measured.map(|one| one.difference.interval);
-        let concluded = measured.map(|_| contrast.outcome() == Outcome::Met);
+        // What the baselines may carry is withheld.
+        let concluded = measured
+            .filter(|_| !contrast.may_be_of_baselines())
+            .map(|_| contrast.outcome() == Outcome::Met);
+        let truth_db = kind.difference_db();
         let mean = found.changes.first().context("no change")?;
         let clusters = found.clusters.first();
-        let differs = clusters
-            .filter(|one| one.smallest_p <= 0.05)
-            .map(|one| one.criteria.iter().any(|c| c.outcome == Outcome::Met));
+        let differs = clusters.filter(|one| one.smallest_p <= LEVEL);
+        let differs = differs.map(|one| {
+            let mut criteria = one.criteria.iter();
+            let own = criteria.find(|c| matches!(c.what, GroupCriterion::Cluster { .. }));
+            own.is_some_and(|c| c.outcome == Outcome::Met)
+        });
         Ok(vec![
             Found {
                 concluded,
-                ..Found::estimated(interval, 0.0)
+                ..Found::estimated(interval, truth_db)
             },
-            Found::estimated(measured.map(|one| one.d_z_interval), 0.0),
+            Found::estimated(
+                measured.map(|one| one.d_z_interval),
+                truth_db / TASK_DB / 2f64.sqrt(),
+            ),
             Found::estimated(mean.interval, CHANGE_DB),
             Found::tested(differs),
         ])
