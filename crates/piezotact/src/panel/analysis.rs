@@ -10,8 +10,8 @@ use super::together::Sign;
 use super::trend::{by_angle, by_load};
 use super::{
     AngleEffect, Cell, CellAverage, CellPenalties, CellSpread, Completeness, Criterion,
-    FallsWithLoad, LearningCurve, LoadStep, Member, Panel, PanelError, Repeatability, WorstCase,
-    repeatability,
+    FallsWithLoad, LearningCurve, LoadStep, Member, Panel, PanelError, Repeatability, SameResponse,
+    WorstCase, repeatability,
 };
 use crate::quantity::{Band, Hertz, Quantity};
 use crate::transfer::{BundleAverage, Ensemble, TransferError};
@@ -97,6 +97,9 @@ pub struct PanelAnalysis {
     pub angle_effects: Vec<AngleEffect>,
     /// How well measurements repeat.
     pub repeatability: Repeatability,
+    /// Participants who may be one person: nothing is decided for a new person from an average with them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub same_people: Vec<SameResponse>,
     /// Averages over people, by cell.
     pub averages: Vec<CellAverage>,
     /// How many people an average needs, by cell.
@@ -199,7 +202,12 @@ pub fn analyse<I: Quantity, O: Quantity>(
         load_steps: by_load(&levels),
         angle_effects: by_angle(&levels),
         repeatability,
-        averages: averages(&levels, band, config.criterion).map_err(named)?,
+        same_people: panel.same_people().to_vec(),
+        averages: averages(&levels, band, config.criterion)
+            .map_err(named)?
+            .into_iter()
+            .map(|found| found.beside_same(panel.same_people()))
+            .collect(),
         learning: curves(
             &levels,
             config.averaging,

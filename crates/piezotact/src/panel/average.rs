@@ -6,7 +6,7 @@ use statrs::distribution::{Beta, ContinuousCDF};
 
 use super::levels::Levels;
 use super::together::Sign;
-use super::{Cell, Panel, PanelError};
+use super::{Cell, Panel, PanelError, SameResponse};
 use crate::criterion::{Criterion as Rule, Limit, Outcome};
 use crate::document::Content;
 use crate::quantity::{Band, Quantity, Unit};
@@ -57,6 +57,8 @@ pub enum AverageCriterion {
     ShareWithin,
     /// The share of people who were excited over all of the band.
     Excited,
+    /// The share of people who are nobody else in the average, by their responses; absent where all are.
+    Distinct,
 }
 
 /// The verdict on an average over people: whether it is acceptable for a new person.
@@ -116,6 +118,31 @@ impl CellPenalties {
     pub fn criterion(&self, what: AverageCriterion) -> Option<&Rule<AverageCriterion>> {
         self.verdict.criteria.iter().find(|rule| rule.what == what)
     }
+
+    /// The same beside people who may be one: an average that holds somebody twice is not decided.
+    pub(super) fn beside_same(mut self, same: &[SameResponse]) -> Self {
+        let is_in = |who: &str| self.people.iter().any(|one| one.participant == who);
+        let twice = same
+            .iter()
+            .filter(|found| is_in(&found.one.participant) && is_in(&found.other.participant));
+        let twice = twice.count();
+        if twice > 0 {
+            let people = self.people.len() as f64;
+            let all = Limit::AtLeast {
+                met: 1.0,
+                not_met: 0.0,
+            };
+            let distinct = (people - twice as f64) / people;
+            let what = AverageCriterion::Distinct;
+            let verdict = &mut self.verdict;
+            verdict
+                .criteria
+                .push(Rule::new(what, "", distinct, None, all));
+            verdict.outcome = Outcome::NotDecided;
+            verdict.people_needed = None;
+        }
+        self
+    }
 }
 
 /// The difference between the complex mean and the mean of log magnitudes, and its causes: differences in level between people
@@ -159,6 +186,12 @@ pub struct CellAverage {
 }
 
 impl CellAverage {
+    /// As [`CellPenalties::beside_same`], for both averages.
+    pub(super) fn beside_same(mut self, same: &[SameResponse]) -> Self {
+        self.penalties = self.penalties.map(|costs| costs.beside_same(same));
+        self
+    }
+
     /// The penalties of the average `averaging`.
     #[must_use]
     pub fn penalties_of(&self, averaging: BundleAverage) -> &CellPenalties {
@@ -531,6 +564,7 @@ pub fn average_of_panel<I: Quantity, O: Quantity>(
     }
     let functions: Vec<&TransferFunction<I, O>> = functions.iter().collect();
     let mut averaged = average(&functions, averaging).map_err(|error| named(error.into()))?;
+    averaged.about.warnings.extend(panel.of_same_people());
     averaged
         .about
         .warnings
@@ -556,7 +590,8 @@ pub fn average_of_panel<I: Quantity, O: Quantity>(
             band,
             Criterion::thesis_2024(),
         )
-        .map_err(named)?;
+        .map_err(named)?
+        .beside_same(panel.same_people());
         averaged.about.provenance.averaged_people = Some(people.len());
         averaged
             .about

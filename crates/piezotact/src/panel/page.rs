@@ -429,6 +429,7 @@ fn named(rule: &Criterion<AverageCriterion>, costs: &CellPenalties) -> Criterion
         AverageCriterion::Excited => {
             "participants measured with a drive over the whole band".into()
         }
+        AverageCriterion::Distinct => "participants who are nobody else in the average".into(),
     };
     in_percent(rule.clone().called(name))
 }

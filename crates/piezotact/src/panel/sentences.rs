@@ -88,11 +88,15 @@ impl CellPenalties {
                 percent(criterion.least_share)
             ),
             AverageCriterion::Excited => "not every participant was measured with a drive over the whole band".into(),
+            AverageCriterion::Distinct => "participants in it may be one person".into(),
         });
         let reasons: Vec<String> = reasons.collect();
         let decides = match self.verdict.people_needed {
             _ if open.contains(&AverageCriterion::Excited) => {
                 "Measure them again with a drive over the whole band".into()
+            }
+            _ if open.contains(&AverageCriterion::Distinct) => {
+                "Remove who is there twice".into()
             }
             Some(needed) => format!(
                 "With the same scatter as these {} participants, {needed} participants would decide it",

@@ -40,6 +40,17 @@ pub enum PanelWarning {
         asked = rounded(*asked)
     )]
     ControlIncoherent { lowest: f64, at_hz: f64, asked: f64 },
+    /// Two participants with one response.
+    #[error(
+        "{one} and {other} may be one person: their responses differ by a constant gain of {gain_db:.1} dB and by {residual_db:.2} dB rms of noise alone; \
+            check who was measured, and remove one of them"
+    )]
+    SameResponse {
+        one: String,
+        other: String,
+        gain_db: f64,
+        residual_db: f64,
+    },
     /// A panel that lacks measurements.
     #[error("{what}; {}", what.advice())]
     IncompletePanel {
