@@ -423,7 +423,7 @@ mod tests {
         let honest = people(40, 3, USUAL);
         let cell = honest[0].filing.cell;
         let again = |honest: &[Entry<Force, Acceleration>]| {
-            let copy = honest[0].function.times(|_| Complex::from(1.05));
+            let copy = honest[0].function.clone().times(|_| Complex::from(1.05));
             let mut twice = honest.to_vec();
             twice.push(entry("Q07", 1, copy));
             Panel::new(twice).unwrap()
