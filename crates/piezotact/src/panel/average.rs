@@ -5,18 +5,18 @@ use serde::{Deserialize, Serialize};
 use statrs::distribution::{Beta, ContinuousCDF};
 
 use super::levels::Levels;
+use super::prediction::new_person_db;
 use super::together::Sign;
 use super::{Cell, Panel, PanelError, SameResponse};
 use crate::criterion::{Criterion as Rule, Limit, Outcome};
 use crate::document::Content;
 use crate::quantity::{Band, Quantity, Unit};
-use crate::statistics::{mean, rms, t_quantile};
+use crate::statistics::{mean, rms};
 use crate::transfer::{BundleAverage, TransferFunction, average, leave_one_out, level_db};
 use crate::warning::{Example, Few, FewWarning, Warning};
 
-/// The fewest people for an interval of the penalty: each person is in the averages of the others, so penalties are dependent.
-const ENOUGH_FOR_INTERVAL: usize = 3;
-
+/// The fewest people for an interval of the share within the criterion: two people have one penalty, twice.
+const ENOUGH_FOR_SHARE: usize = 3;
 /// In an average of fewer people than this, one outlier shifts the average by more than a tenth of the outlier's distance.
 const SMALL_AVERAGE_PEOPLE: usize = 12;
 /// The largest number of people that is recommended.
@@ -26,9 +26,9 @@ const MOST_PEOPLE: usize = 300;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Criterion {
-    /// The limit of the mean penalty, dB rms.
+    /// The limit of a person's penalty, dB rms.
     pub db_rms: f64,
-    /// The least share of people whose own penalty is within that limit, 0–1.
+    /// The least share of people whose penalty is within that limit, 0–1.
     pub least_share: f64,
 }
 
@@ -51,8 +51,6 @@ impl Criterion {
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum AverageCriterion {
-    /// The mean over people of the rms penalty, dB.
-    MeanPenalty,
     /// The share of people whose own penalty is within the criterion.
     ShareWithin,
     /// The share of people who were excited over all of the band.
@@ -101,9 +99,9 @@ pub struct CellPenalties {
     pub people: Vec<ParticipantPenalty>,
     /// The mean of the rms penalties, dB.
     pub mean_db_rms: f64,
-    /// Its 95 % confidence interval over people, dB; absent for fewer than three.
+    /// The interval that holds the rms error of one new person with a probability of 95 %, dB; absent for fewer than four people.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub interval_db_rms: Option<[f64; 2]>,
+    pub new_person_db_rms: Option<[f64; 2]>,
     /// The mean of the largest differences, dB.
     pub mean_db_max: f64,
     /// The person with the largest penalty.
@@ -270,21 +268,12 @@ fn costs<I: Quantity, O: Quantity>(
         .max_by(|a, b| a.db_rms.total_cmp(&b.db_rms))
         .cloned()
         .ok_or(PanelError::Nothing)?;
-    let interval_db_rms = left
-        .interval_db_rms
-        .filter(|_| people.len() >= ENOUGH_FOR_INTERVAL);
-    let verdict = verdict(
-        functions,
-        &people,
-        interval_db_rms,
-        averaging,
-        band,
-        criterion,
-    )?;
+    let penalties: Vec<f64> = people.iter().map(|p| p.db_rms).collect();
+    let verdict = verdict(functions, &penalties, averaging, band, criterion)?;
     Ok(CellPenalties {
         averaging,
         mean_db_rms: left.mean_db_rms,
-        interval_db_rms,
+        new_person_db_rms: new_person_db(&penalties),
         mean_db_max: mean(&people.iter().map(|p| p.db_max).collect::<Vec<_>>()),
         worst,
         verdict,
@@ -292,50 +281,32 @@ fn costs<I: Quantity, O: Quantity>(
     })
 }
 
-/// The verdict on the average, from the leave-one-out penalties of all people.
+/// The verdict on the average, from the leave-one-out `penalties` of all people.
 fn verdict<I: Quantity, O: Quantity>(
     functions: &[&TransferFunction<I, O>],
-    people: &[ParticipantPenalty],
-    interval_db_rms: Option<[f64; 2]>,
+    penalties: &[f64],
     averaging: BundleAverage,
     band: Band,
     criterion: Criterion,
 ) -> Result<Verdict, PanelError> {
-    let n = people.len();
-    let penalties: Vec<f64> = people.iter().map(|p| p.db_rms).collect();
-    let mean_db_rms = mean(&penalties);
+    let n = penalties.len();
     let within = penalties
         .iter()
         .filter(|db| **db <= criterion.db_rms)
         .count();
     let share_within = within as f64 / n as f64;
-    let most = Limit::at_most(criterion.db_rms);
+    let what = AverageCriterion::ShareWithin;
     let least = Limit::at_least(criterion.least_share);
-    // The penalties of two people are equal: there is only one number.
-    let (mean_rule, share_rule) = match interval_db_rms {
-        None => (
-            Rule::unmeasured(AverageCriterion::MeanPenalty, "dB rms", most),
-            Rule::unmeasured(AverageCriterion::ShareWithin, "", least),
-        ),
-        Some(interval) => {
-            let [low, mut high] = share_interval(within, n);
-            if high < criterion.least_share && n < SMALL_AVERAGE_PEOPLE {
-                // In a small average one outlier puts everybody beyond the limit.
-                let within = within_without_odd(functions, &penalties, averaging, band, criterion)?;
-                high = share_interval(within, n)[1];
-            }
-            let share = AverageCriterion::ShareWithin;
-            (
-                Rule::new(
-                    AverageCriterion::MeanPenalty,
-                    "dB rms",
-                    mean_db_rms,
-                    Some(interval),
-                    most,
-                ),
-                Rule::new(share, "", share_within, Some([low, high]), least),
-            )
+    let share_rule = if n < ENOUGH_FOR_SHARE {
+        Rule::unmeasured(what, "", least)
+    } else {
+        let [low, mut high] = share_interval(within, n);
+        if high < criterion.least_share && n < SMALL_AVERAGE_PEOPLE {
+            // In a small average one outlier puts everybody beyond the limit.
+            let within = within_without_odd(functions, penalties, averaging, band, criterion)?;
+            high = share_interval(within, n)[1];
         }
+        Rule::new(what, "", share_within, Some([low, high]), least)
     };
     // Where nothing was excited nothing is known, even if the numbers there agree.
     let excited = functions
@@ -353,9 +324,8 @@ fn verdict<I: Quantity, O: Quantity>(
         None,
         all,
     );
-    let rules = [mean_rule.outcome, share_rule.outcome];
     let outcome = match excited_rule.outcome {
-        Outcome::Met => Outcome::of_all(rules),
+        Outcome::Met => share_rule.outcome,
         _ => Outcome::NotDecided,
     };
     let undecided = outcome == Outcome::NotDecided && excited == n;
@@ -363,9 +333,9 @@ fn verdict<I: Quantity, O: Quantity>(
         outcome,
         criterion,
         share_within,
-        criteria: vec![mean_rule, share_rule, excited_rule],
+        criteria: vec![share_rule, excited_rule],
         people_needed: undecided
-            .then(|| people_needed(&penalties, share_within, criterion))
+            .then(|| people_needed(share_within, criterion))
             .flatten()
             .filter(|needed| *needed > n),
     })
@@ -428,32 +398,14 @@ fn within_without_odd<I: Quantity, O: Quantity>(
     Ok(within)
 }
 
-/// The fewest people needed for a decision, assuming the scatter of `penalties`; `None` when no number up
-/// to [`MOST_PEOPLE`] decides. If both criteria are beyond their limits, one of them is enough to decide.
-fn people_needed(penalties: &[f64], share: f64, criterion: Criterion) -> Option<usize> {
-    let middle = mean(penalties);
-    let squares: f64 = penalties.iter().map(|p| (p - middle) * (p - middle)).sum();
-    let deviation = (squares / (penalties.len() as f64 - 1.0)).sqrt();
-    let distance = (criterion.db_rms - middle).abs();
-    let by_mean = fewest(|people| {
-        let reach = t_quantile(people - 1).map(|t| t * deviation / (people as f64).sqrt());
-        reach.is_some_and(|reach| reach <= distance)
-    });
-    let by_share = fewest(|people| {
-        let within = (share * people as f64).round() as usize;
-        let [low, high] = share_interval(within, people);
+/// The fewest people needed for a decision where `share` of them is within the criterion; `None` when no number up to
+/// [`MOST_PEOPLE`] decides.
+fn people_needed(share: f64, criterion: Criterion) -> Option<usize> {
+    (ENOUGH_FOR_SHARE..=MOST_PEOPLE).find(|people| {
+        let within = (share * *people as f64).round() as usize;
+        let [low, high] = share_interval(within, *people);
         low >= criterion.least_share || high < criterion.least_share
-    });
-    match (middle > criterion.db_rms, share < criterion.least_share) {
-        (true, true) => Some(by_mean?.min(by_share?)),
-        (true, false) => by_mean,
-        (false, true) => by_share,
-        (false, false) => Some(by_mean?.max(by_share?)),
-    }
-}
-
-fn fewest(decides: impl Fn(usize) -> bool) -> Option<usize> {
-    (ENOUGH_FOR_INTERVAL..=MOST_PEOPLE).find(|people| decides(*people))
+    })
 }
 
 fn difference<I: Quantity, O: Quantity>(
@@ -599,7 +551,7 @@ pub fn average_of_panel<I: Quantity, O: Quantity>(
             .push(Warning::from(PanelWarning::Averaged {
                 participants: people.len(),
                 penalty_db_rms: costs.mean_db_rms,
-                interval_db_rms: costs.interval_db_rms,
+                new_person_db_rms: costs.new_person_db_rms,
                 worst: costs.worst.participant.clone(),
                 worst_db_rms: costs.worst.db_rms,
             }));

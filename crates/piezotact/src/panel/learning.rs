@@ -5,10 +5,11 @@ use serde::{Deserialize, Serialize};
 
 use super::Cell;
 use super::levels::Levels;
+use super::prediction::typical_db;
 use super::random::Draws;
 use crate::criterion::{Criterion, Limit};
 use crate::quantity::{Band, Quantity};
-use crate::statistics::{deviation_interval, mean, positive_mean_interval, rms};
+use crate::statistics::{mean, rms};
 use crate::transfer::BundleAverage;
 use crate::transfer::level_db;
 
@@ -53,9 +54,6 @@ pub struct LearningPoint {
     pub people: usize,
     /// The mean over people left out, and over averages of that many others, of the rms penalty, dB.
     pub mean_db_rms: f64,
-    /// Its 95 % confidence interval over people left out, dB.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub interval_db_rms: Option<[f64; 2]>,
 }
 
 /// What an average of 1 to N − 1 people costs a person who is not in it, for every cell with three or more people, over
@@ -63,9 +61,8 @@ pub struct LearningPoint {
 ///
 /// Formula: for each person left out and each number n, the mean over sets of n others of the rms over lines of the
 /// difference of levels: all sets where there are at most eight others, or else the first n of each of `orders` random
-/// orders drawn by `seed`. Enough: a new person is σ·√(1 + 1/n) off an average of n, σ the rms over the band of the standard
-/// deviation over people, so that n is enough where σ·(√(1 + 1/n) − 1) ≤ `within_db`; its interval from that of σ (χ² with one
-/// degree of freedom less than people, as if all lines of a person moved together: the widest that it can be).
+/// orders drawn by `seed`. Enough: a typical new person is e·√(1 + 1/n) off an average of n, e that person's error by the average of
+/// very many people, so that n is enough where e·(√(1 + 1/n) − 1) ≤ `within_db`; its interval from that of e ([`typical_db`]).
 ///
 /// Source: learning curves as in T. Hastie, R. Tibshirani and J. Friedman, *The Elements of Statistical Learning*, 2nd ed.,
 /// section 7.10.
@@ -152,48 +149,41 @@ fn curve(
             LearningPoint {
                 people: n + 1,
                 mean_db_rms: mean(&each),
-                interval_db_rms: positive_mean_interval(&each),
             }
         })
+        .collect();
+    let left_out: Vec<f64> = costs
+        .iter()
+        .map(|of_person| of_person[others - 1])
         .collect();
     LearningCurve {
         cell,
         averaging,
         points,
-        enough: enough(people, within_db),
+        enough: enough(&left_out, within_db),
         within_db,
         orders: if every { 0 } else { orders.max(1) },
     }
 }
 
-/// How many people an average needs, by how far `people` scatter.
-fn enough(people: &[Summand<'_>], within_db: f64) -> Criterion<LearningCriterion> {
-    let n = people.len();
-    let lines = people.first().map_or(0, |person| person.db.len());
-    let squares: f64 = (0..lines)
-        .map(|line| {
-            let levels: Vec<f64> = people.iter().map(|person| person.db[line]).collect();
-            let middle = mean(&levels);
-            let about: f64 = levels.iter().map(|db| (db - middle) * (db - middle)).sum();
-            about / (n as f64 - 1.0)
-        })
-        .sum();
-    let deviation_db = (squares / lines.max(1) as f64).sqrt();
-    // σ·(√(1 + 1/n) − 1) = d solved for n, in whole people.
-    let needed = |deviation_db: f64| -> f64 {
-        let ratio = 1.0 + within_db / deviation_db;
+/// How many people an average needs, by the errors `left_out_db` of the average of all others.
+fn enough(left_out_db: &[f64], within_db: f64) -> Criterion<LearningCriterion> {
+    // e·(√(1 + 1/n) − 1) = d solved for n, in whole people.
+    let needed = |error_db: f64| -> f64 {
+        let ratio = 1.0 + within_db / error_db;
         (1.0 / (ratio * ratio - 1.0)).ceil().max(1.0)
     };
-    let limit = Limit::at_most(n as f64);
-    match deviation_interval(deviation_db, n).filter(|_| deviation_db > 0.0) {
-        Some(interval) => Criterion::new(
-            LearningCriterion::PeopleEnough,
+    let what = LearningCriterion::PeopleEnough;
+    let limit = Limit::at_most(left_out_db.len() as f64);
+    match typical_db(left_out_db) {
+        Some((error_db, interval)) => Criterion::new(
+            what,
             "people",
-            needed(deviation_db),
+            needed(error_db),
             Some(interval.map(needed)),
             limit,
         ),
-        None => Criterion::unmeasured(LearningCriterion::PeopleEnough, "people", limit),
+        None => Criterion::unmeasured(what, "people", limit),
     }
 }
 

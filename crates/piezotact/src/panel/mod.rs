@@ -18,6 +18,7 @@ mod page_figures;
 mod page_members;
 mod page_tables;
 mod placement;
+mod prediction;
 mod random;
 mod repeat;
 mod same_person;
