@@ -106,6 +106,9 @@ pub struct PanelAnalysis {
     pub learning: Vec<LearningCurve>,
     /// What a person should know before relying on it.
     pub warnings: Warnings,
+    /// The curves of everybody.
+    #[serde(skip)]
+    pub(super) levels: Levels,
 }
 
 impl PanelAnalysis {
@@ -177,7 +180,7 @@ pub fn analyse<I: Quantity, O: Quantity>(
             what: Few::Participants,
         }));
     }
-    let (spreads, odd) = by_cell(&levels, config.averaging, band, &config.bands).map_err(named)?;
+    let (spreads, odd) = by_cell(&levels, config.averaging, &config.bands).map_err(named)?;
     let (repeatability, mixed) = repeatability(panel, band, &config.bands)?;
     warnings.extend(opposites.iter().filter_map(|sign| sign.warning()));
     warnings.extend(panel.unsound(band, None));
@@ -196,26 +199,20 @@ pub fn analyse<I: Quantity, O: Quantity>(
         measurements: panel.entries().len(),
         cells: panel.cells().to_vec(),
         worst: worst(&levels, config.resamples, seed).ok(),
-        all: all_together(&levels, band)?,
+        all: all_together(&levels),
         spreads,
         falls: falls(&levels, config.resamples, seed),
         load_steps: by_load(&levels),
         angle_effects: by_angle(&levels),
         repeatability,
         same_people: panel.same_people().to_vec(),
-        averages: averages(&levels, band, config.criterion)
+        averages: averages(&levels, config.criterion)
             .map_err(named)?
             .into_iter()
             .map(|found| found.beside_same(panel.same_people()))
             .collect(),
-        learning: curves(
-            &levels,
-            config.averaging,
-            band,
-            config.enough_within_db,
-            config.orders,
-            seed,
-        ),
+        learning: curves(&levels, config),
+        levels,
         warnings,
     })
 }

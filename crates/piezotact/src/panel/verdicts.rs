@@ -83,7 +83,6 @@ fn verdicts(n: usize, panels: u64, person: impl Fn(&mut Noise) -> f64) -> Vec<Ve
                 .collect();
             let averages = averages(
                 &Levels::of(&panel_of(&people), band(), BundleAverage::LogMagnitude).unwrap(),
-                band(),
                 Criterion::thesis_2024(),
             );
             averages.unwrap()[0].penalties[0].verdict.clone()
@@ -161,15 +160,9 @@ fn how_many_people_are_enough_has_an_interval() {
         let people: Vec<Vec<Vec<f64>>> = (0..4)
             .map(|_| vec![vec![1.5 * noise.normal(); LINES]])
             .collect();
-        let log = BundleAverage::LogMagnitude;
-        let curves = curves(
-            &Levels::of(&panel_of(&people), band(), log).unwrap(),
-            log,
-            band(),
-            0.1,
-            10,
-            1,
-        );
+        let config = PanelConfig::usual(band(), 1);
+        let levels = Levels::of(&panel_of(&people), band(), config.averaging).unwrap();
+        let curves = curves(&levels, &config);
         let enough = &curves[0].enough;
         let [low, high] = enough.interval.unwrap();
         held += usize::from(low <= truth && truth <= high);
