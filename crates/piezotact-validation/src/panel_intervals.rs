@@ -17,7 +17,7 @@ const SPREAD_DB: f64 = 3.6;
 /// The standard deviation of the logarithm of a person's own spread, where people differ in it.
 const UNEQUAL: f64 = 0.4;
 /// People that the truth of a population is computed of.
-const POPULATION: usize = 20_000;
+const POPULATION: usize = 10_000;
 const CELL: Cell = Cell {
     load_n: Newtons(0.2),
     angle_deg: Degrees(20.0),
@@ -242,7 +242,6 @@ mod tests {
                     }
                 }
                 let shares = held.map(|held| held as f64 / PANELS as f64);
-                println!("{population:?} {people}: {shares:?}");
                 let within = |share: &f64| (0.93 - scatter..=0.97 + scatter).contains(share);
                 assert!(
                     shares.iter().all(within),
