@@ -15,7 +15,6 @@ pub mod document;
 mod exchange;
 mod figure;
 mod measured;
-pub mod panel_intervals;
 mod rendering;
 
 use chapter3::chapter3;

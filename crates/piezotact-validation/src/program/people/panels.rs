@@ -96,13 +96,12 @@ impl People {
         })
     }
 
-    /// The rms of how far people are off the mean at one load, dB.
-    fn spread_db(self) -> f64 {
-        let spread_db = PEOPLE_DB.hypot(LOAD_DB);
-        match self {
-            Self::Flat | Self::Shaped | Self::Skewed => spread_db,
-            Self::Outliers => spread_db * (1.0 + GUESSERS_SHARE * 8.0).sqrt(),
-        }
+    /// The error of the average of very many people for a typical one, dB rms: the mean of its square roots, squared.
+    fn typical_db(self) -> f64 {
+        let mut random = Random::stream(49, 0, self.name());
+        let root = |_| rms(&self.levels(World::Null, &mut random)[0]).sqrt();
+        let roots: f64 = (0..POPULATION).map(root).sum();
+        (roots / POPULATION as f64).powi(2)
     }
 
     /// The error of the average of so many people for each of many who are not in it, dB rms.
@@ -194,8 +193,7 @@ fn scenario(kind: People, people: usize) -> Scenario {
     let errors_db = kind.errors_db(people);
     let within = errors_db.iter().filter(|db| **db <= WITHIN_DB).count();
     let within_share = within as f64 / errors_db.len() as f64;
-    let of_two = kind.errors_db(2);
-    let of_two_db = of_two.iter().sum::<f64>() / of_two.len() as f64;
+    let typical_db = kind.typical_db();
     let study = move |seed: u64, world: World| -> Result<Vec<Found>> {
         let mut random = Random::stream(seed, people as u64, kind.name());
         let all: Vec<[Vec<f64>; 2]> = (0..people)
@@ -214,8 +212,7 @@ fn scenario(kind: People, people: usize) -> Scenario {
         let share = costs.criterion(piezotact::panel::AverageCriterion::ShareWithin);
         let share = share.and_then(|rule| rule.interval);
         let curve = found.learning.first().context("no curve")?;
-        let two = curve.points.get(1).and_then(|point| point.interval_db_rms);
-        let enough = needed(kind.spread_db(), curve.within_db);
+        let enough = needed(typical_db, curve.within_db);
         Ok(vec![
             Found {
                 concluded: step.paired.map(|paired| paired.p_value <= 0.05),
@@ -223,9 +220,8 @@ fn scenario(kind: People, people: usize) -> Scenario {
             },
             Found::tested(step.sign_test_p.map(|p| p <= 0.05)),
             Found::tested(fall.p_value.map(|_| fall.direction != Direction::NotShown)),
-            Found::estimated(costs.interval_db_rms, rms(&off)),
+            Found::estimated(costs.new_person_db_rms, rms(&off)),
             Found::estimated(share, within_share),
-            Found::estimated(two, of_two_db),
             Found::estimated(curve.enough.interval, enough),
         ])
     };
@@ -236,7 +232,6 @@ fn scenario(kind: People, people: usize) -> Scenario {
             Question::of("closer together under load", Printed::Test),
             Question::of("error for somebody new", Printed::Interval),
             Question::of("share within 3 dB", Printed::Interval),
-            Question::of("mean error of averages of two", Printed::Interval),
             Question::of("participants needed", Printed::Interval),
         ],
         name: kind.name(),
@@ -246,8 +241,8 @@ fn scenario(kind: People, people: usize) -> Scenario {
     }
 }
 
-/// How many people are enough where they are `sd_db` off the mean.
-fn needed(sd_db: f64, within_db: f64) -> f64 {
-    let enough = |n: &u32| sd_db * ((1.0 + 1.0 / f64::from(*n)).sqrt() - 1.0) <= within_db;
+/// How many people are enough where a typical one is `error_db` off the average of very many.
+fn needed(error_db: f64, within_db: f64) -> f64 {
+    let enough = |n: &u32| error_db * ((1.0 + 1.0 / f64::from(*n)).sqrt() - 1.0) <= within_db;
     (1..10_000).find(enough).map_or(f64::NAN, f64::from)
 }
