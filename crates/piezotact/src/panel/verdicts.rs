@@ -126,10 +126,10 @@ fn one_odd_person_does_not_condemn_an_average() {
 }
 
 /// The error of an average for somebody who is not in it lies within its interval for 93 to 97 % of people, or as many more or fewer as
-/// 500 panels scatter by, twice: where people differ in level, in shape, and where some are unusual.
+/// 2000 panels scatter by, twice: where people differ in level, in shape, and where some are unusual.
 #[test]
 fn the_error_for_a_new_person_is_within_its_interval() {
-    const PANELS: usize = 500;
+    const PANELS: usize = 2_000;
     let scatter = 2.0 * (0.05 * 0.95 / PANELS as f64).sqrt();
     let level = |noise: &mut Noise| vec![2.0 * noise.normal(); LINES];
     let shape = |noise: &mut Noise| -> Vec<f64> {
