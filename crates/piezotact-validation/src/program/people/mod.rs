@@ -340,3 +340,57 @@ impl Scenario {
         Ok((rates, missed))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A test that finds something in a fifth of null studies is outside, and so is one that finds nothing; what is withheld is neither.
+    #[test]
+    fn rates_outside_their_bounds_are_found() {
+        let of = |yes: usize| {
+            let found = (0..1_000).map(|i| Some(i < yes));
+            Count::of(found)
+        };
+        let some = [Some(true), Some(false), None];
+        let [tests, intervals] = [
+            Count::of_tests(some.into_iter()),
+            Count::of(some.into_iter()),
+        ];
+        assert_eq!((tests.yes, tests.of, tests.withheld), (1, 3, 1));
+        assert_eq!((intervals.yes, intervals.of, intervals.withheld), (1, 2, 1));
+        for (yes, place) in [
+            (200, Place::Above),
+            (90, Place::Above),
+            (50, Place::Within),
+            // Compatible with 3 %.
+            (25, Place::Within),
+            (5, Place::Below),
+        ] {
+            assert!(of(yes).place(ERRORS) == place, "{yes}");
+        }
+        assert!(of(999).place(COVERAGE) == Place::Above);
+        assert!(Count::of([None; 9].into_iter()).place(COVERAGE) == Place::Withheld);
+        assert_eq!(of(50).words(), "5.0 (3.7–6.5)");
+    }
+
+    /// Every study answers every question of its scenario, with and without something to find; a seed gives the same study again.
+    #[test]
+    fn every_study_answers_its_questions() {
+        for part in &PARTS {
+            let scenarios = (part.scenarios)();
+            assert!(!scenarios.is_empty(), "{}", part.name);
+            for scenario in &scenarios[..1] {
+                for world in [World::Null, World::Effect] {
+                    let said = |seed: u64| -> Vec<[Option<bool>; 2]> {
+                        let found = (scenario.study)(seed, world).unwrap();
+                        found.iter().map(|one| [one.concluded, one.holds]).collect()
+                    };
+                    assert_eq!(said(3).len(), scenario.questions.len(), "{}", part.name);
+                    assert_eq!(said(3), said(3), "{}", part.name);
+                }
+            }
+        }
+        assert!(run(&["nothing"]).is_err());
+    }
+}
