@@ -1,5 +1,5 @@
 """Golden values of a panel: the hands of three people (SkinSource, input location 7), each by its strongest axis, once more
-with NumPy 2.4.6: bundle, both averages, leave-one-out penalty.
+with NumPy 2.4.6: bundle, both averages, leave-one-out penalty; and the error of a new person, with SciPy 1.17.1.
 
     python3 golden/panel.py ../shared/data/frf/skinsource > crates/piezotact-app/tests/golden/panel.json
 
@@ -12,6 +12,8 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import scipy
+from scipy.stats import t as student
 
 RATE_HZ, SAMPLES = 1300.0, 522
 BAND = (20.0, 600.0)
@@ -61,6 +63,16 @@ def deviation(low, high):
     return {"max_deviation_db": float(spread[at]), "at_hz": float(hz[inside[at]]), "spread_rms_db": rms(sd)}
 
 
+def prediction(errors):
+    """The 95 % interval of the error of one new person, and of the error of a typical person by the average of very many, with SciPy."""
+    roots, n = np.sqrt(errors), len(errors)
+    reach = student.ppf(0.975, n - 1) * roots.std(ddof=1) * np.sqrt((n + 1) / (n - 1))
+    middle = roots.mean() * (1 - 1 / n**2) ** 0.25
+    new = [max(middle - reach, 0) ** 2, (middle + reach) ** 2]
+    typical = [max(roots.mean() + sign * reach / np.sqrt(n), 0) ** 2 * np.sqrt(1 - 1 / n) for sign in (0, -1, 1)]
+    return [float(db) for db in new + typical]
+
+
 def learning(n):
     """The mean over people and over sets of n others of the rms error of the mean of log magnitudes."""
     inside = within(*BAND)
@@ -77,7 +89,7 @@ inside = within(*BAND)
 difference = 20 * np.log10(np.abs(complex_mean) / np.abs(log))
 json.dump(
     {
-        "made_with": f"NumPy {np.__version__}",
+        "made_with": f"NumPy {np.__version__}, SciPy {scipy.__version__}",
         "axes": chosen,
         "whole": deviation(*BAND),
         "parts": [{"band_hz": part} | deviation(*part) for part in PARTS],
@@ -88,6 +100,8 @@ json.dump(
         "difference_mean_db": float(difference[inside].mean()),
         "difference_lowest_db": float(difference[inside].min()),
         "learning_db": [learning(1), learning(2)],
+        # As crates/piezotact/src/panel/prediction.rs has it.
+        "prediction_db": prediction([1.2, 0.4, 2.6, 1.9, 0.8, 1.1]),
     },
     sys.stdout,
     indent=1,

@@ -387,7 +387,7 @@ fn earlier_documents_are_refused(folder: &Folder, name: &str) {
         run(folder, &format!("eeg stats {name} {name}")).expect_failure(1, parts);
     };
     let again = "make it again with `piezotact eeg erd`";
-    let version = "expected version 2 of the document `eeg_erd`, found version 1";
+    let version = "expected version 3 of the document `eeg_erd`, found version 1";
     refused("v1.json", &["v1.json", version, again], &document);
     document["eye_components"] = serde_json::json!({ "iterations": 9 });
     let parts = [

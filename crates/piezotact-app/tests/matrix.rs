@@ -195,7 +195,9 @@ fn confused() -> String {
     ];
     for person in 0..4 {
         for (presented, answered) in of {
-            for (trial, answered) in answered.iter().enumerate() {
+            for trial in 0..answered.len() {
+                // Everybody in another order: people are no copies.
+                let answered = answered[(trial + person) % answered.len()];
                 text += &format!(
                     "P{person},3,A,{presented}-{trial},{presented},{answered},S1 S2 S11\n"
                 );

@@ -9,6 +9,7 @@ mod eeg;
 mod felt;
 mod judges;
 mod power;
+mod same_person;
 #[path = "../../piezotact/tests/shared_data/mod.rs"]
 mod shared_data;
 mod sitting;

@@ -34,7 +34,7 @@ pub use between::{BetweenChannels, BetweenConfig, between_channels};
 pub use bias::Bias;
 pub use broken::pair_warnings;
 pub(crate) use bundle::level_db;
-pub use bundle::{BundleAverage, Ensemble, LeaveOneOut, Penalty, average, bundle, leave_one_out};
+pub use bundle::{BundleAverage, Ensemble, average};
 pub use change::Change;
 pub use clock::{OneClock, on_one_clock, prepared};
 pub(crate) use coherence::COHERENCE_ROUNDING;

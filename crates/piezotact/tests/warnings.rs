@@ -71,7 +71,7 @@ fn what_is_written_is_read_again() {
         PanelWarning::Averaged {
             participants: 5,
             penalty_db_rms: 4.0,
-            interval_db_rms: Some([3.0, 5.5]),
+            new_person_db_rms: Some([3.0, 5.5]),
             worst: "c".into(),
             worst_db_rms: 7.0,
         }

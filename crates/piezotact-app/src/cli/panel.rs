@@ -201,7 +201,7 @@ pub(crate) struct Analyse {
     /// How the participants, and the repeats of each participant, are averaged.
     #[arg(long, value_enum, default_value = "log-magnitude")]
     pub(crate) average: AverageName,
-    /// Largest mean error, in dB rms, for a new participant at which an average is sufficient.
+    /// Largest error, in dB rms, at which an average is sufficient for a participant; it has to be for 90 % of people.
     #[arg(long, default_value_t = 3.0, value_name = "DB")]
     pub(crate) criterion: f64,
     /// Seed of the random halves of the participants (certainty of the largest difference) and of their random order

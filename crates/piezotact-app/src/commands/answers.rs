@@ -193,6 +193,7 @@ fn comparisons(
             }
             let other = Source::open(path, &args.samples)?;
             warnings.extend(other.file.warnings.iter().cloned());
+            warnings.extend(other.file.table.warnings_of_people());
             let names = [&args.answers, path].map(|path| crate::report::name(path));
             let own = other.config(config);
             let both = [(table, config), (&other.file.table, &own)];

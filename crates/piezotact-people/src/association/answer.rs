@@ -151,6 +151,11 @@ impl Declared {
     }
 }
 
+/// Comparisons with a reference are answered with up to so many words.
+const MOST_CHOICES: usize = 3;
+/// Fewer answers can name no sample that was presented by being wrong.
+const LEAST_CHOICES: usize = 10;
+
 /// Answers that were checked, with what the protocol declares.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AnswerTable {
@@ -179,6 +184,7 @@ impl AnswerTable {
             let found = if all == 0 { "none" } else { "rehearsals only" };
             return Err(AssociationError::Empty { found });
         }
+        refuse_forced_choices(&declared, &answers)?;
         let mut seen: BTreeMap<([&str; 5], Option<usize>), &str> = BTreeMap::new();
         for answer in &answers {
             check_names(&declared, answer)?;
@@ -224,6 +230,14 @@ impl AnswerTable {
     #[must_use]
     pub fn rehearsals(&self) -> usize {
         self.rehearsals
+    }
+
+    /// The same with the answers that `of` makes of its own, and without those of which it makes none.
+    pub(super) fn with_answers(&self, of: impl FnMut(&Answer) -> Option<Answer>) -> Self {
+        Self {
+            answers: self.answers.iter().filter_map(of).collect(),
+            ..self.clone()
+        }
     }
 
     /// For how many answers what was offered was inferred.
@@ -321,6 +335,34 @@ fn check_names(declared: &Declared, answer: &Answer) -> Result<(), AssociationEr
         }
     }
     Ok(())
+}
+
+/// Refuses answers by a few words, none of which names what was presented or is expected: comparisons with a reference.
+fn refuse_forced_choices(declared: &Declared, answers: &[Answer]) -> Result<(), AssociationError> {
+    let said: BTreeSet<&str> = answers.iter().map(|a| a.answered.as_str()).collect();
+    let presented: BTreeSet<&str> = answers.iter().map(|a| a.presented.as_str()).collect();
+    let few = (2..=MOST_CHOICES).contains(&said.len());
+    let stimuli = declared.stimuli.iter();
+    let mut stimuli = stimuli.filter(|stimulus| presented.contains(stimulus.name.as_str()));
+    let names_one = stimuli.any(|stimulus| {
+        let names = [&stimulus.name, &stimulus.source, &stimulus.expected];
+        names.into_iter().any(|name| said.contains(name.as_str()))
+    });
+    if !few || names_one || presented.len() < 2 || answers.len() < LEAST_CHOICES {
+        return Ok(());
+    }
+    let quoted = |names: BTreeSet<&str>| -> Vec<String> {
+        names.into_iter().map(|name| format!("`{name}`")).collect()
+    };
+    let stimuli = quoted(presented);
+    Err(AssociationError::ForcedChoices {
+        answers: answers.len(),
+        choices: quoted(said).join(", "),
+        stimuli: match stimuli.len() {
+            1..=3 => stimuli.join(", "),
+            of => format!("{} and {} more", stimuli[..2].join(", "), of - 2),
+        },
+    })
 }
 
 /// States what was offered where it is not; returns for how many answers.

@@ -7,8 +7,9 @@ use piezotact::page::{Cell, Column, Table};
 use serde::{Deserialize, Serialize};
 
 use super::answer::{Answer, AnswerTable};
-use super::document::Association;
-use super::expected::{ExpectedShare, StimulusKind, expected_share};
+use super::document::{Association, share_beside_once};
+use super::expected::{ExpectedShare, StimulusKind};
+use super::matrix::{MatrixConfig, Selection};
 use crate::campaign::protocol::Protocol;
 use crate::judge::Which;
 
@@ -74,6 +75,7 @@ impl Association {
             by_task.entry(&answer.task).or_default().push(answer);
             people.insert(&answer.participant);
         }
+        let once = table.counted_once(&self.same_people);
         let tasks = protocol.tasks.iter().filter_map(|task| {
             let answers = by_task.get(task.name.as_str())?;
             let who: BTreeSet<&str> = answers.iter().map(|a| a.participant.as_str()).collect();
@@ -85,7 +87,17 @@ impl Association {
                 answers: answers.len(),
                 expected: match order {
                     Some(_) => None,
-                    None => expected_share(table.declared(), answers, StimulusKind::All),
+                    None => {
+                        let selection = Selection {
+                            task: Some(task.name.clone()),
+                            ..Selection::default()
+                        };
+                        let all = MatrixConfig {
+                            selection,
+                            ..MatrixConfig::default()
+                        };
+                        share_beside_once([Some(table), once.as_ref()], &all, StimulusKind::All)
+                    }
                 },
                 orders: order.map(|order| order.sentence()),
             })

@@ -51,6 +51,9 @@ pub struct Compared {
     pub smallest_p: f64,
     /// How many differences were asked for.
     pub of: usize,
+    /// The probability with those counted once who may be one person; absent where nobody may.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub p_once: Option<f64>,
 }
 
 /// What people share in one condition: right answers, wrong ones of interest, and all that count.
@@ -80,6 +83,17 @@ impl Counts {
 /// # Errors
 /// [`AssociationError`].
 pub fn compared(
+    table: &AnswerTable,
+    config: &MatrixConfig,
+    difference: &Difference,
+) -> Result<Compared, AssociationError> {
+    let found = compared_within(table, config, difference)?;
+    let once = table.counted_once(&table.same_people());
+    let once = once.map(|once| compared_within(&once, config, difference));
+    Ok(found.beside_once(once))
+}
+
+fn compared_within(
     table: &AnswerTable,
     config: &MatrixConfig,
     difference: &Difference,
@@ -131,6 +145,19 @@ pub fn compared_studies(
     answers: [(&AnswerTable, &MatrixConfig); 2],
     difference: &Difference,
 ) -> Result<Compared, AssociationError> {
+    let found = compared_between(answers, difference)?;
+    let once = answers.map(|(table, _)| table.counted_once(&table.same_people()));
+    if once.iter().all(Option::is_none) {
+        return Ok(found);
+    }
+    let tables = [0, 1].map(|i| (once[i].as_ref().unwrap_or(answers[i].0), answers[i].1));
+    Ok(found.beside_once(Some(compared_between(tables, difference))))
+}
+
+fn compared_between(
+    answers: [(&AnswerTable, &MatrixConfig); 2],
+    difference: &Difference,
+) -> Result<Compared, AssociationError> {
     let conditions = answers.map(|(table, config)| as_expected(table, selected(table, config)));
     if !matches!(difference, Difference::People(_)) {
         return paired(difference, &conditions, |[a, b]| {
@@ -159,6 +186,7 @@ pub fn compared_studies(
         smallest_p: difference.smallest_p([a.len(), b.len()]),
         test,
         of: 1,
+        p_once: None,
     })
 }
 
@@ -292,6 +320,7 @@ fn paired(
         smallest_p: difference.smallest_p([people; 2]),
         test,
         of: 1,
+        p_once: None,
     })
 }
 
@@ -322,10 +351,21 @@ fn possible([low, high]: [f64; 2]) -> Option<[f64; 2]> {
 }
 
 impl Compared {
+    /// The same beside what is found with people counted once; where nothing can be found then, it rests on them.
+    fn beside_once(self, once: Option<Result<Self, AssociationError>>) -> Self {
+        let p_once = once.map(|once| once.map_or(1.0, |once| once.test.p_value));
+        Self { p_once, ..self }
+    }
+
+    /// Whether it differs only while people who may be one are counted as several.
+    fn rests_on_same_people(&self) -> bool {
+        self.p_once.is_some_and(|p| p > LEVEL_SHARE)
+    }
+
     /// Met where the two differ; else not decided: that they are alike is never shown by a test of a difference.
     #[must_use]
     pub fn outcome(&self) -> Outcome {
-        match self.p_adjusted <= LEVEL_SHARE {
+        match self.p_adjusted <= LEVEL_SHARE && !self.rests_on_same_people() {
             true => Outcome::Met,
             false => Outcome::NotDecided,
         }
@@ -398,6 +438,9 @@ impl Compared {
         match &self.difference {
             _ if !differs && self.smallest_p > LEVEL_SHARE => {
                 "not decided: with so few participants no difference reaches 5 %"
+            }
+            _ if !differs && self.p_adjusted <= LEVEL_SHARE => {
+                "not decided: with those counted once who may be one person, no difference is shown"
             }
             _ if !differs => "not decided",
             Difference::Samples(_) if self.less_share > 0.0 => "told apart better than by guessing",

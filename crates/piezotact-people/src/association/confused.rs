@@ -7,6 +7,7 @@ use piezotact::criterion::{Criterion, Limit, Outcome};
 use serde::{Deserialize, Serialize};
 
 use super::answer::{Answer, AnswerTable};
+use super::expected::counted_alike;
 use super::matrix::{MatrixConfig, selected};
 use crate::interval::clustered_interval;
 
@@ -108,6 +109,24 @@ pub fn confused_pairs(table: &AnswerTable, config: &MatrixConfig) -> Vec<Confuse
             pairs.push(pair(&answers, &of));
         }
     }
+    sorted(pairs)
+}
+
+/// `pairs` beside those of people counted `once`: not decided where these decide otherwise.
+pub(super) fn beside_once(
+    mut pairs: Vec<ConfusedPair>,
+    once: &[ConfusedPair],
+) -> Vec<ConfusedPair> {
+    for pair in &mut pairs {
+        let counted = once.iter().find(|one| one.pair == pair.pair);
+        if counted.is_some_and(|one| one.outcome != pair.outcome) {
+            pair.outcome = PairOutcome::NotDecided;
+        }
+    }
+    sorted(pairs)
+}
+
+fn sorted(mut pairs: Vec<ConfusedPair>) -> Vec<ConfusedPair> {
     let size = |pair: &ConfusedPair| pair.criterion.found.unwrap_or(-1.0);
     pairs.sort_by(|a, b| (a.outcome.cmp(&b.outcome)).then(size(b).total_cmp(&size(a))));
     pairs
@@ -186,6 +205,13 @@ fn pair(answers: &[&Answer], of: &Of<'_>) -> ConfusedPair {
                 Outcome::NotMet if is_told_apart => PairOutcome::NotConfused,
                 Outcome::NotMet => PairOutcome::NotDecided,
                 Outcome::NotDecided => PairOutcome::NotDecided,
+            };
+            let alike = counted_alike(&each, limit);
+            let is_decided = alike.is_none_or(|one| one.outcome == criterion.outcome);
+            let outcome = if is_decided {
+                outcome
+            } else {
+                PairOutcome::NotDecided
             };
             (criterion, outcome)
         }

@@ -15,13 +15,14 @@ use serde::{Deserialize, Serialize};
 use super::answer::{Answer, AnswerTable, Flag};
 use super::asked::Asked;
 use super::compared::Compared;
-use super::confused::{ConfusedPair, PairOutcome, confused_pairs};
+use super::confused::{ConfusedPair, PairOutcome, beside_once, confused_pairs};
 use super::expected::{ExpectedShare, StimulusKind, expected_share};
 use super::felt::{Felt, FeltCriterion, FeltRecording, felt_pairs};
 use super::matrix::{
     AssociationMatrix, FlaggedTrials, MatrixConfig, Selection, association_matrix,
 };
 use super::order::{Ordering, ordering};
+use super::same_person::{SamePerson, Unbalanced, unbalanced, warnings_of_people};
 use super::warning::{AssociationWarning, NotDeclared};
 use crate::interval::MIN_PARTICIPANTS;
 
@@ -138,6 +139,12 @@ pub struct Association {
     /// The differences that were asked for.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub comparisons: Vec<Compared>,
+    /// People, sessions and tasks whose answers may be those of one person, or the same answers twice.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub same_people: Vec<SamePerson>,
+    /// Who gave most of the answers, where they say little of people.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unbalanced: Option<Unbalanced>,
     /// What it leaves open.
     #[serde(alias = "doubts")]
     pub warnings: Vec<Warning>,
@@ -171,6 +178,9 @@ pub fn associate(
         let found: BTreeSet<&str> = selected.iter().map(|answer| of(answer)).collect();
         found.into_iter().map(Into::into).collect()
     };
+    let same_people = table.same_people();
+    let once = table.counted_once(&same_people);
+    let once = once.as_ref();
     let mut matrices = vec![GroupMatrix {
         group: "all".into(),
         expected: None,
@@ -191,8 +201,7 @@ pub fn associate(
                 Grouping::Set => set,
             } = Some(group.clone());
             let matrix = association_matrix(table, &part).by_expected();
-            let of_group: Vec<&Answer> = super::matrix::selected(table, &part).collect();
-            let expected = expected_share(table.declared(), &of_group, StimulusKind::All);
+            let expected = share_beside_once([Some(table), once], &part, StimulusKind::All);
             matrices.push(GroupMatrix {
                 group,
                 expected,
@@ -201,6 +210,14 @@ pub fn associate(
         }
     }
     let pairs = confused_pairs(table, &config.matrix);
+    let pairs = match once {
+        Some(once) => beside_once(pairs, &confused_pairs(once, &config.matrix)),
+        None => pairs,
+    };
+    let expected = expected_shares([Some(table), once], &config.matrix);
+    let unbalanced = unbalanced(selected.iter().copied());
+    let mut warnings = warnings(table, config, &selected, &expected, &pairs);
+    warnings.splice(0..0, warnings_of_people(&same_people, unbalanced.as_ref()));
     let participants = different(&|answer| &answer.participant).len();
     Ok(Association {
         name: String::new(),
@@ -209,10 +226,12 @@ pub fn associate(
         virtual_answers: selected.iter().filter(|a| a.judge.is_some()).count(),
         participants,
         rehearsals: table.rehearsals(),
-        expected: expected_shares(table, &selected),
+        expected,
         matrices,
         orderings,
-        warnings: warnings(table, config, &selected, participants, &pairs),
+        same_people,
+        unbalanced,
+        warnings,
         config: config.clone(),
         pairs,
         felt: None,
@@ -238,15 +257,29 @@ fn without_orders(table: &AnswerTable, config: &AssociationConfig) -> Associatio
 }
 
 /// The share of expected answers of all stimuli, and of plain and manipulated ones where there are both.
-fn expected_shares(table: &AnswerTable, selected: &[&Answer]) -> Vec<ExpectedShare> {
+fn expected_shares(tables: [Option<&AnswerTable>; 2], config: &MatrixConfig) -> Vec<ExpectedShare> {
     use StimulusKind as Of;
-    let share = |kind| expected_share(table.declared(), selected, kind);
+    let share = |kind| share_beside_once(tables, config, kind);
     let apart: Vec<ExpectedShare> = [Of::Plain, Of::Manipulated]
         .into_iter()
         .filter_map(share)
         .collect();
     let apart = if apart.len() == 2 { apart } else { Vec::new() };
     share(Of::All).into_iter().chain(apart).collect()
+}
+
+/// The share of expected answers of the first, beside that of the second, in which people are counted once.
+pub(super) fn share_beside_once(
+    tables: [Option<&AnswerTable>; 2],
+    config: &MatrixConfig,
+    kind: StimulusKind,
+) -> Option<ExpectedShare> {
+    let [found, once] = tables.map(|table| {
+        let table = table?;
+        let answers: Vec<&Answer> = super::matrix::selected(table, config).collect();
+        expected_share(table.declared(), &answers, kind)
+    });
+    Some(found?.beside_once(once))
 }
 
 fn nothing_selected(table: &AnswerTable, config: &MatrixConfig) -> AssociationError {
@@ -282,9 +315,11 @@ fn warnings(
     table: &AnswerTable,
     config: &AssociationConfig,
     selected: &[&Answer],
-    participants: usize,
+    expected: &[ExpectedShare],
     pairs: &[ConfusedPair],
 ) -> Vec<Warning> {
+    let participants: BTreeSet<&str> = selected.iter().map(|a| a.participant.as_str()).collect();
+    let participants = participants.len();
     let few = (participants < MIN_PARTICIPANTS).then(|| {
         Warning::from(FewWarning::Few {
             found: participants,
@@ -332,8 +367,7 @@ fn warnings(
     }
     let confused = pairs.iter().filter(|p| p.outcome == PairOutcome::Confused);
     let confused = confused.count();
-    let share = expected_share(table.declared(), selected, StimulusKind::All);
-    let guessed = share.is_some_and(|share| {
+    let guessed = expected.first().is_some_and(|share| {
         share.criterion.interval.is_some() && share.criterion.outcome != Outcome::Met
     });
     if guessed && confused > 0 {

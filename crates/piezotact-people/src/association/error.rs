@@ -52,6 +52,20 @@ pub enum AssociationError {
         offered: String,
         answered: String,
     },
+    /// Comparisons with a reference, which no matrix can hold.
+    #[error(
+        "this is a table of forced choices: expected the name of a sample as the answer to each presentation, found only {choices} in {answers} answers to \
+            {stimuli}, and none of them is presented or expected. Comparisons with a reference have no association matrix: what is missing is the reference, and \
+            the value of each stimulus with its unit, from which a threshold would be estimated. Give a table in which samples are named; where these \
+            are names of samples, state in a column `expected` which one is right for each stimulus"
+    )]
+    ForcedChoices {
+        answers: usize,
+        /// What was answered.
+        choices: String,
+        /// What was presented.
+        stimuli: String,
+    },
     /// A trial has two answers.
     #[error(
         "{place}: expected one answer for each trial, found two (`{first}` and `{second}`); number the trials, or keep the confirmed answer only"

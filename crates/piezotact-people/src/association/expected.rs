@@ -4,10 +4,12 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use piezotact::criterion::{Criterion, Limit, Outcome};
+use piezotact::statistics::{mean, mean_interval};
 use serde::{Deserialize, Serialize};
 
 use super::answer::{Answer, Declared};
-use crate::interval::clustered_interval;
+use super::same_person::effective_people;
+use crate::interval::{MIN_PARTICIPANTS, clustered_interval};
 
 /// By how much habits must be above chance to be mentioned.
 const MARKED_SHARE: f64 = 0.03;
@@ -55,8 +57,73 @@ pub struct ExpectedShare {
     /// What answers like these reach whatever is presented, 0–1: for each answer, the share of what others said with the same samples
     /// on offer that would be as expected here. Above chance where people prefer what is presented most.
     pub habit_share: f64,
-    /// The share with its 95 % interval over participants, beside the larger of chance and habit: met above it, not met below it.
+    /// The share with its 95 % interval over participants, beside the larger of chance and habit: met above it, not met below it; not
+    /// decided where people counted otherwise would decide otherwise.
     pub criterion: Criterion<ExpectedCriterion>,
+    /// The same with people counted otherwise, where some may be one, or one gave most of the answers.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub recounts: Vec<Recount>,
+}
+
+/// How people are counted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum Counted {
+    /// Those who may be one person once.
+    Once,
+    /// All alike, however many answers they gave.
+    Alike,
+}
+
+/// A conclusion with people counted otherwise.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct Recount {
+    /// How they are counted.
+    pub counted: Counted,
+    /// The share, 0–1.
+    pub share: f64,
+    /// Its 95 % interval over people.
+    pub interval: Option<[f64; 2]>,
+    /// What it decides.
+    pub outcome: Outcome,
+}
+
+impl Recount {
+    /// In words, such as "with those who may be one person counted once: 34.0 to 61.2 %".
+    fn words(&self) -> String {
+        let how = match self.counted {
+            Counted::Once => "those who may be one person counted once",
+            Counted::Alike => "each person weighing alike",
+        };
+        let found = self.interval.map_or_else(
+            || "no interval".to_owned(),
+            |[low, high]| format!("{:.1} to {:.1} %", 100.0 * low, 100.0 * high),
+        );
+        format!("with {how}: {found}")
+    }
+}
+
+/// The mean of the shares of (successes, trials) of each person beside `limit`, with its interval of Student's t, where the trials weigh
+/// as those of fewer than half of the people.
+pub(super) fn counted_alike(people: &[(usize, usize)], limit: Limit) -> Option<Recount> {
+    let shown = people.iter().filter(|(_, trials)| *trials > 0);
+    let shown: Vec<(usize, usize)> = shown.copied().collect();
+    let worth = effective_people(shown.iter().map(|(_, trials)| *trials));
+    if 2.0 * worth >= shown.len() as f64 {
+        return None;
+    }
+    let shares = shown.iter().map(|(x, n)| *x as f64 / *n as f64);
+    let shares: Vec<f64> = shares.collect();
+    let interval = mean_interval(&shares).filter(|_| shares.len() >= MIN_PARTICIPANTS);
+    let interval = interval.map(|ends| ends.map(|end| end.clamp(0.0, 1.0)));
+    Some(Recount {
+        counted: Counted::Alike,
+        share: mean(&shares),
+        interval,
+        outcome: limit.judge(interval.unwrap_or([f64::NAN; 2])),
+    })
 }
 
 impl ExpectedShare {
@@ -75,9 +142,19 @@ impl ExpectedShare {
             return format!("{share:.1} % as expected ({chance}; no interval: not decided)");
         };
         let told = match self.criterion.outcome {
-            Outcome::Met => "above chance",
-            Outcome::NotMet => "below chance",
-            Outcome::NotDecided => "not told from chance",
+            Outcome::Met => "above chance".to_owned(),
+            Outcome::NotMet => "below chance".to_owned(),
+            Outcome::NotDecided => {
+                let limit = self.criterion.limit;
+                let alone = limit.judge([low, high]);
+                let mut other = self.recounts.iter().filter(|one| one.outcome != alone);
+                match other.next() {
+                    Some(recount) if alone != Outcome::NotDecided => {
+                        format!("not decided {}", recount.words())
+                    }
+                    _ => "not told from chance".to_owned(),
+                }
+            }
         };
         format!(
             "{share:.1} % as expected (95 %: {:.1} to {:.1} %; {chance}: {told})",
@@ -179,7 +256,7 @@ pub(super) fn expected_share(
     let habit_share = by_habit / answers as f64;
     let limit = Limit::at_least(chance_share.max(habit_share));
     let what = ExpectedCriterion::AboveChance;
-    Some(ExpectedShare {
+    let found = ExpectedShare {
         stimuli: kind,
         answers,
         expected: each.iter().map(|(expected, _)| expected).sum(),
@@ -189,5 +266,31 @@ pub(super) fn expected_share(
             interval: found.interval,
             ..Criterion::new(what, "", found.share, Some(judged), limit)
         },
-    })
+        recounts: Vec::new(),
+    };
+    Some(found.with_recount(counted_alike(&each, limit)))
+}
+
+impl ExpectedShare {
+    /// The same beside `recount`: not decided where that decides otherwise.
+    fn with_recount(mut self, recount: Option<Recount>) -> Self {
+        let other = recount.is_some_and(|one| one.outcome != self.criterion.outcome);
+        if other {
+            self.criterion.outcome = Outcome::NotDecided;
+        }
+        self.recounts.extend(recount);
+        self
+    }
+
+    /// The same beside the share of those people counted once.
+    #[must_use]
+    pub(super) fn beside_once(self, once: Option<Self>) -> Self {
+        let recount = once.map(|once| Recount {
+            counted: Counted::Once,
+            share: once.criterion.found.unwrap_or(f64::NAN),
+            interval: once.criterion.interval,
+            outcome: once.criterion.outcome,
+        });
+        self.with_recount(recount)
+    }
 }

@@ -6,6 +6,7 @@
 mod answer;
 mod asked;
 mod behaviour;
+mod chance_agreement;
 mod compared;
 mod confused;
 mod document;
@@ -16,6 +17,7 @@ mod matrix;
 mod of_session;
 mod order;
 mod page;
+mod same_person;
 mod session_page;
 mod tables;
 mod warning;
@@ -27,11 +29,12 @@ pub use behaviour::{
     behaviour_meanings, evidence_of_behaviour, holds_orders, is_recorded, person_meanings,
     playing_events, read_behaviour, trials_of_behaviour,
 };
+pub use chance_agreement::Matching;
 pub use compared::{Compared, compared, compared_studies};
 pub use confused::{CONFUSED_SHARE, ConfusedPair, PairCriterion, PairOutcome, confused_pairs};
 pub use document::{Association, AssociationConfig, GroupMatrix, Grouping, associate};
 pub use error::AssociationError;
-pub use expected::{ExpectedCriterion, ExpectedShare, StimulusKind};
+pub use expected::{Counted, ExpectedCriterion, ExpectedShare, Recount, StimulusKind};
 pub use felt::{
     Felt, FeltComparison, FeltCriterion, FeltPair, FeltRecording, FeltSpectrum, FeltUnknown,
     FeltWarning, Separates, felt_pairs, felt_part, felt_samples,
@@ -41,6 +44,7 @@ pub use matrix::{
 };
 pub use of_session::{REPETITION, answers_of, declared, not_known};
 pub use order::{Dominance, Ordering, Repetition, kendall_tau_b, ordering};
+pub use same_person::{AnswersPart, SameBy, SamePerson, Unbalanced};
 pub use session_page::session_page;
 pub use tables::{
     DONE, THRESHOLD_COLUMNS, answers_table, evidence_table, participants_table, thresholds_table,

@@ -4,6 +4,8 @@ use piezotact::number::counted;
 use serde::{Deserialize, Serialize};
 
 use super::answer::Flag;
+use super::chance_agreement::Matching;
+use super::same_person::AnswersPart;
 
 /// One thing to know before relying on a matrix.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
@@ -28,6 +30,36 @@ pub enum AssociationWarning {
         counted(*people, "pseudonym")
     )]
     SamePseudonyms { people: usize },
+    /// Answers of two people agree more than what was presented and their habits explain.
+    #[error(
+        "{one} and {other} may be one person, or the same answers twice: {alike} of {matched} answers {}, where at most {expected:.1} would agree by chance; \
+            check who answered, and leave out what is there twice",
+        match matching {
+            Matching::Trial => "to the same trials are the same",
+            Matching::Presentation => "to the same presentations are the same",
+            Matching::Counts => "to the same stimuli are the same, whatever their order",
+        }
+    )]
+    SameAnswers {
+        one: AnswersPart,
+        other: AnswersPart,
+        matching: Matching,
+        matched: usize,
+        alike: usize,
+        expected: f64,
+    },
+    /// One person gave most of the answers.
+    #[error(
+        "{participant} gave {answers} of {of} answers: the {people} participants weigh as {effective_people:.1} with equal numbers would; \
+            give each the same number of trials"
+    )]
+    UnbalancedAnswers {
+        participant: String,
+        answers: usize,
+        of: usize,
+        people: usize,
+        effective_people: f64,
+    },
     /// Answers are not shown to be better than guesses, and pairs are called confused.
     #[error(
         "answers are not shown to be better than guesses: that {} confused can come of people who guess, or keep to one answer, and says nothing of \

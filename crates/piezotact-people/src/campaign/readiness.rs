@@ -10,6 +10,7 @@ use std::collections::BTreeSet;
 pub use error::NotReady;
 
 use piezotact::checksum::Checksum;
+use piezotact::compare::plain_name;
 use piezotact::criterion::Outcome;
 use piezotact::lineage::Lineage;
 use piezotact::recording::{BenchKind, Condition};
@@ -336,11 +337,11 @@ fn panels(protocol: &Protocol, plan: &Plan, known: Known<'_>) -> Vec<NotReady> {
             None => found.push(NotReady::UnknownPanel {
                 panel: panel.clone(),
             }),
-            // Names that differ by case only are one person everywhere in a study.
+            // Names that differ in capital letters or zeros only are one person everywhere in a study.
             Some((_, members))
                 if members
                     .iter()
-                    .any(|member| member.eq_ignore_ascii_case(&plan.participant)) =>
+                    .any(|member| plain_name(member) == plain_name(&plan.participant)) =>
             {
                 found.push(NotReady::Panel {
                     participant: plan.participant.clone(),

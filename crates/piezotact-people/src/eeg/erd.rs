@@ -297,6 +297,8 @@ pub(super) struct Changes {
     pub(super) bands: Vec<Erd>,
     /// In dB, at every so many-th sample; relative to the baseline at the full rate.
     pub(super) map: ErdMap,
+    /// The level of the power in the baseline of the map, channels × frequencies, dB re 1 µV²; free of the bias of the logarithm.
+    pub(super) baselines_db: Vec<f64>,
     /// The channel whose power scatters most from epoch to epoch, and its median variance over its squared mean: 1 for noise.
     pub(super) most_scattered: Option<(String, f64)>,
 }
@@ -357,15 +359,27 @@ pub(super) fn changes(
         (name.clone(), usual * n as f64)
     });
     let most_scattered = scattered.max_by(|a, b| a.1.total_cmp(&b.1));
+    let biases = baselines.iter();
+    let biases_db: Vec<f64> = biases
+        .map(|of| log_bias_db(relative_error(of), n))
+        .collect();
     for (i, value) in map.power.values.iter_mut().enumerate() {
-        let of_baseline = log_bias_db(relative_error(baselines[i / times]), n);
-        *value -= log_bias_db(errors[i], n) - of_baseline;
+        *value -= log_bias_db(errors[i], n) - biases_db[i / times];
     }
+    let levels = means.iter().zip(biases_db);
     Ok(Changes {
         bands,
         map,
+        baselines_db: levels
+            .map(|(power, bias)| level_db(*power) - bias)
+            .collect(),
         most_scattered,
     })
+}
+
+/// The level of a power, V², in dB re 1 µV².
+pub(super) fn level_db(power_v2: f64) -> f64 {
+    10.0 * (power_v2 * 1e12).log10()
 }
 
 /// The squared standard error of the mean of `values` re its square.

@@ -100,9 +100,9 @@ pub enum StudyError {
     /// A system keeps the name for a device.
     #[error("`{found}` is the name of a device on some systems: give a pseudonym such as P01")]
     PseudonymReserved { found: String },
-    /// Another one differs from it by case only.
+    /// Another one differs from it in capital letters or leading zeros only.
     #[error(
-        "`{found}` differs from `{existing}` by upper and lower case only, and some file systems take both for the same: give another pseudonym"
+        "`{found}` differs from `{existing}` in capital letters or leading zeros only, and is easily taken for the same: give another pseudonym"
     )]
     PseudonymCase {
         found: String,

@@ -1,6 +1,7 @@
 //! Pseudonyms: names of participants that are names of folders on every file system.
 
 use crate::store::error::StudyError;
+use piezotact::compare::plain_name;
 use std::fmt;
 
 /// The longest pseudonym, in characters.
@@ -40,7 +41,7 @@ impl Pseudonym {
         Ok(Self(text.to_owned()))
     }
 
-    /// Checks that none of `existing` differs from it by case only; the same name is accepted.
+    /// Checks that none of `existing` differs from it in capital letters or leading zeros only; the same name is accepted.
     ///
     /// # Errors
     /// [`StudyError::PseudonymCase`].
@@ -48,7 +49,8 @@ impl Pseudonym {
         &self,
         existing: impl IntoIterator<Item = &'a str>,
     ) -> Result<(), StudyError> {
-        let alike = |name: &&str| name.eq_ignore_ascii_case(&self.0) && *name != self.0;
+        let own = plain_name(&self.0);
+        let alike = |name: &&str| plain_name(name) == own && *name != self.0;
         match existing.into_iter().find(alike) {
             None => Ok(()),
             Some(existing) => Err(StudyError::PseudonymCase {
@@ -122,12 +124,17 @@ mod tests {
     }
 
     #[test]
-    fn a_name_that_differs_by_case_only_is_refused() {
+    fn a_name_that_differs_in_case_or_zeros_only_is_refused() {
         let name = Pseudonym::new("p01").unwrap();
         assert!(name.check_among(["P02", "p01"]).is_ok());
         assert!(matches!(
             name.check_among(["P02", "P01"]),
             Err(StudyError::PseudonymCase { existing, .. }) if existing == "P01"
         ));
+        assert!(matches!(
+            name.check_among(["P02", "P1"]),
+            Err(StudyError::PseudonymCase { existing, .. }) if existing == "P1"
+        ));
+        assert!(name.check_among(["P10", "P001x"]).is_ok());
     }
 }

@@ -286,7 +286,7 @@ impl Panels {
         let log = inside(&average.log_magnitude_db, &spread.bundle);
         let complex = inside(&average.complex_db, &spread.bundle);
         let costs = average.penalties_of(BundleAverage::LogMagnitude);
-        let [low, high] = costs.interval_db_rms.unwrap_or([f64::NAN; 2]);
+        let [low, high] = costs.new_person_db_rms.unwrap_or([f64::NAN; 2]);
         let worst = most(costs.people.iter().map(|p| p.db_max));
         Finding::of(
             9,
@@ -301,8 +301,8 @@ impl Panels {
             ]),
             format!(
                 "at 20° and 0.2 N on the device: {:.0} % of the lines for the mean of log magnitudes, {:.0} % for the complex \
-                    mean; the average of the others has an error of {:.1} dB rms for a participant ({low:.1} to {high:.1}), at \
-                    most {worst:.1} dB",
+                    mean; the average of the others has an error of {:.1} dB rms for a participant (95 % for one new participant: \
+                    {low:.1} to {high:.1}), at most {worst:.1} dB",
                 log * 100.0,
                 complex * 100.0,
                 costs.mean_db_rms

@@ -175,6 +175,9 @@ pub(crate) fn run(python: &str, only: &[&str]) -> Result<()> {
     if only == ["I1"] {
         return super::intervals::run();
     }
+    if let ["I2", part @ ..] = only {
+        return super::people::run(part);
+    }
     if only == ["C1"] {
         return super::discrimination::run();
     }

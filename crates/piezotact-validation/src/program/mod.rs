@@ -10,6 +10,7 @@ mod made;
 mod output;
 mod outputs;
 mod panels;
+mod people;
 mod rendering;
 mod replay;
 mod report;
@@ -67,6 +68,11 @@ enum Command {
     },
     /// How often 95 % intervals hold the truth.
     Intervals,
+    /// How often tests of people, panels and EEG find a difference where there is none, and how often their 95 % intervals hold the truth.
+    People {
+        /// Parts: people, tasks, samples, shares, felt, panels, eeg, thresholds; default: all.
+        part: Vec<String>,
+    },
     /// Rendering errors by method and level, for many people of the twin.
     Rendering,
     /// False-positive and true-positive rates of the comparison of samples.
@@ -118,6 +124,7 @@ fn done(cli: &Cli, called: &Called) -> Outcome {
         Command::Verdicts { part } => verdicts::run(&words(part))?,
         Command::Conclusions { part } => conclusions::run(&words(part))?,
         Command::Intervals => intervals::run()?,
+        Command::People { part } => people::run(&words(part))?,
         Command::Rendering => rendering::run()?,
         Command::Discrimination => discrimination::run()?,
         Command::Stops => stops::run()?,

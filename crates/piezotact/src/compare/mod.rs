@@ -36,7 +36,7 @@ pub use trends::{
     across_participants, across_roughness, active_against_passive, friction_against_rms,
     friction_change, friction_on_speed, rms_on_speed,
 };
-pub use warning::{CompareWarning, Mixed};
+pub use warning::{CompareWarning, Mixed, Named, plain_name};
 
 use crate::quantity::Band;
 

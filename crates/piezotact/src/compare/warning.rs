@@ -78,11 +78,16 @@ pub enum Mixed {
         "{recordings} cannot be compared, as they differ from the others in more than the compared factor"
     )]
     LeftOut { recordings: String },
-    /// Samples whose names differ in capital letters, blanks or leading zeros alone.
+    /// Samples or participants whose names differ in capital letters, blanks or leading zeros alone.
     #[error(
-        "the samples `{one}` and `{other}` count as two, although their names differ in capital letters, blanks or leading zeros alone"
+        "the {of}s `{one}` and `{other}` count as two, although their names differ in capital letters, blanks or leading zeros alone"
     )]
-    NamesAlike { one: String, other: String },
+    NamesAlike {
+        #[serde(default)]
+        of: Named,
+        one: String,
+        other: String,
+    },
     /// Strokes of one texture were recorded under different conditions.
     #[error(
         "strokes of different {what} ({values}) count as one texture: the one that is rendered is typical of none of them"
@@ -105,7 +110,7 @@ impl Mixed {
                 "record the machine without contact, and one sample that differs from the others"
                     .into()
             }
-            Self::NamesAlike { .. } => "give one sample one name".into(),
+            Self::NamesAlike { of, .. } => format!("give one {of} one name"),
             Self::Confounded { .. }
             | Self::Unknown { .. }
             | Self::LeftOut { .. }
@@ -114,6 +119,51 @@ impl Mixed {
             }
         }
     }
+}
+
+/// What has a name.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Named {
+    /// A sample.
+    #[default]
+    Sample,
+    /// A participant.
+    Participant,
+}
+
+impl std::fmt::Display for Named {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Sample => "sample",
+            Self::Participant => "participant",
+        })
+    }
+}
+
+/// A name in small letters, without blanks and without zeros before a number: two names that are the same so may be meant as one.
+///
+/// Source: docs/decisions/campaigns.md.
+///
+/// ```
+/// use piezotact::compare::plain_name;
+/// assert_eq!(plain_name("P 01"), plain_name("p1"));
+/// assert_ne!(plain_name("P10"), plain_name("P1"));
+/// ```
+#[must_use]
+pub fn plain_name(name: &str) -> String {
+    let mut plain = String::new();
+    let mut digits = false;
+    let mut letters = name.chars().flat_map(char::to_lowercase).peekable();
+    while let Some(letter) = letters.next() {
+        let next_is_digit = letters.peek().is_some_and(char::is_ascii_digit);
+        let leads = letter == '0' && !digits && next_is_digit;
+        if !letter.is_whitespace() && !leads {
+            digits = letter.is_ascii_digit();
+            plain.push(letter);
+        }
+    }
+    plain
 }
 
 /// A number above zero with one digit, rounded down.

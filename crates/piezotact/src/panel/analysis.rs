@@ -10,8 +10,8 @@ use super::together::Sign;
 use super::trend::{by_angle, by_load};
 use super::{
     AngleEffect, Cell, CellAverage, CellPenalties, CellSpread, Completeness, Criterion,
-    FallsWithLoad, LearningCurve, LoadStep, Member, Panel, PanelError, Repeatability, WorstCase,
-    repeatability,
+    FallsWithLoad, LearningCurve, LoadStep, Member, Panel, PanelError, Repeatability, SameResponse,
+    WorstCase, repeatability,
 };
 use crate::quantity::{Band, Hertz, Quantity};
 use crate::transfer::{BundleAverage, Ensemble, TransferError};
@@ -97,12 +97,18 @@ pub struct PanelAnalysis {
     pub angle_effects: Vec<AngleEffect>,
     /// How well measurements repeat.
     pub repeatability: Repeatability,
+    /// Participants who may be one person: nothing is decided for a new person from an average with them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub same_people: Vec<SameResponse>,
     /// Averages over people, by cell.
     pub averages: Vec<CellAverage>,
     /// How many people an average needs, by cell.
     pub learning: Vec<LearningCurve>,
     /// What a person should know before relying on it.
     pub warnings: Warnings,
+    /// The curves of everybody.
+    #[serde(skip)]
+    pub(super) levels: Levels,
 }
 
 impl PanelAnalysis {
@@ -174,7 +180,7 @@ pub fn analyse<I: Quantity, O: Quantity>(
             what: Few::Participants,
         }));
     }
-    let (spreads, odd) = by_cell(&levels, config.averaging, band, &config.bands).map_err(named)?;
+    let (spreads, odd) = by_cell(&levels, config.averaging, &config.bands).map_err(named)?;
     let (repeatability, mixed) = repeatability(panel, band, &config.bands)?;
     warnings.extend(opposites.iter().filter_map(|sign| sign.warning()));
     warnings.extend(panel.unsound(band, None));
@@ -193,21 +199,20 @@ pub fn analyse<I: Quantity, O: Quantity>(
         measurements: panel.entries().len(),
         cells: panel.cells().to_vec(),
         worst: worst(&levels, config.resamples, seed).ok(),
-        all: all_together(&levels, band)?,
+        all: all_together(&levels),
         spreads,
         falls: falls(&levels, config.resamples, seed),
         load_steps: by_load(&levels),
         angle_effects: by_angle(&levels),
         repeatability,
-        averages: averages(&levels, band, config.criterion).map_err(named)?,
-        learning: curves(
-            &levels,
-            config.averaging,
-            band,
-            config.enough_within_db,
-            config.orders,
-            seed,
-        ),
+        same_people: panel.same_people().to_vec(),
+        averages: averages(&levels, config.criterion)
+            .map_err(named)?
+            .into_iter()
+            .map(|found| found.beside_same(panel.same_people()))
+            .collect(),
+        learning: curves(&levels, config),
+        levels,
         warnings,
     })
 }

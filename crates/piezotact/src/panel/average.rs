@@ -1,22 +1,22 @@
 //! Averages over people by both means, the penalty that they cost a new person, and the verdict on whether they are acceptable.
 
-use crate::panel::PanelWarning;
+use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{Beta, ContinuousCDF};
 
-use super::levels::Levels;
+use super::levels::{Levels, Mean, Own, left_out_db};
+use super::prediction::new_person_db;
 use super::together::Sign;
-use super::{Cell, Panel, PanelError};
+use super::{Cell, Panel, PanelError, PanelWarning, SameResponse};
 use crate::criterion::{Criterion as Rule, Limit, Outcome};
 use crate::document::Content;
 use crate::quantity::{Band, Quantity, Unit};
-use crate::statistics::{mean, rms, t_quantile};
-use crate::transfer::{BundleAverage, TransferFunction, average, leave_one_out, level_db};
+use crate::statistics::{mean, rms};
+use crate::transfer::{BundleAverage, TransferFunction, average};
 use crate::warning::{Example, Few, FewWarning, Warning};
 
-/// The fewest people for an interval of the penalty: each person is in the averages of the others, so penalties are dependent.
-const ENOUGH_FOR_INTERVAL: usize = 3;
-
+/// The fewest people for an interval of the share within the criterion: two people have one penalty, twice.
+const ENOUGH_FOR_SHARE: usize = 3;
 /// In an average of fewer people than this, one outlier shifts the average by more than a tenth of the outlier's distance.
 const SMALL_AVERAGE_PEOPLE: usize = 12;
 /// The largest number of people that is recommended.
@@ -26,9 +26,9 @@ const MOST_PEOPLE: usize = 300;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Criterion {
-    /// The limit of the mean penalty, dB rms.
+    /// The limit of a person's penalty, dB rms.
     pub db_rms: f64,
-    /// The least share of people whose own penalty is within that limit, 0–1.
+    /// The least share of people whose penalty is within that limit, 0–1.
     pub least_share: f64,
 }
 
@@ -51,12 +51,12 @@ impl Criterion {
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum AverageCriterion {
-    /// The mean over people of the rms penalty, dB.
-    MeanPenalty,
     /// The share of people whose own penalty is within the criterion.
     ShareWithin,
     /// The share of people who were excited over all of the band.
     Excited,
+    /// The share of people who are nobody else in the average, by their responses; absent where all are.
+    Distinct,
 }
 
 /// The verdict on an average over people: whether it is acceptable for a new person.
@@ -99,9 +99,9 @@ pub struct CellPenalties {
     pub people: Vec<ParticipantPenalty>,
     /// The mean of the rms penalties, dB.
     pub mean_db_rms: f64,
-    /// Its 95 % confidence interval over people, dB; absent for fewer than three.
+    /// The interval that holds the rms error of one new person with a probability of 95 %, dB; absent for fewer than four people.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub interval_db_rms: Option<[f64; 2]>,
+    pub new_person_db_rms: Option<[f64; 2]>,
     /// The mean of the largest differences, dB.
     pub mean_db_max: f64,
     /// The person with the largest penalty.
@@ -115,6 +115,31 @@ impl CellPenalties {
     #[must_use]
     pub fn criterion(&self, what: AverageCriterion) -> Option<&Rule<AverageCriterion>> {
         self.verdict.criteria.iter().find(|rule| rule.what == what)
+    }
+
+    /// The same beside people who may be one: an average that holds somebody twice is not decided.
+    pub(super) fn beside_same(mut self, same: &[SameResponse]) -> Self {
+        let is_in = |who: &str| self.people.iter().any(|one| one.participant == who);
+        let twice = same
+            .iter()
+            .filter(|found| is_in(&found.one.participant) && is_in(&found.other.participant));
+        let twice = twice.count();
+        if twice > 0 {
+            let people = self.people.len() as f64;
+            let all = Limit::AtLeast {
+                met: 1.0,
+                not_met: 0.0,
+            };
+            let distinct = (people - twice as f64) / people;
+            let what = AverageCriterion::Distinct;
+            let verdict = &mut self.verdict;
+            verdict
+                .criteria
+                .push(Rule::new(what, "", distinct, None, all));
+            verdict.outcome = Outcome::NotDecided;
+            verdict.people_needed = None;
+        }
+        self
     }
 }
 
@@ -159,6 +184,12 @@ pub struct CellAverage {
 }
 
 impl CellAverage {
+    /// As [`CellPenalties::beside_same`], for both averages.
+    pub(super) fn beside_same(mut self, same: &[SameResponse]) -> Self {
+        self.penalties = self.penalties.map(|costs| costs.beside_same(same));
+        self
+    }
+
     /// The penalties of the average `averaging`.
     #[must_use]
     pub fn penalties_of(&self, averaging: BundleAverage) -> &CellPenalties {
@@ -169,9 +200,9 @@ impl CellAverage {
     }
 }
 
-/// Both averages over people of every cell with two or more, with what they cost a new person over `band`.
+/// Both averages over people of every cell with two or more, with what they cost a new person.
 ///
-/// Formula: [`leave_one_out`] over each person's own average. A complex mean over phases of the standard deviation σ
+/// Formula: [`left_out_db`] over each person's own average. A complex mean over phases of the standard deviation σ
 /// (radians, normal) is exp(−σ²/2) of the magnitude, 4.34·σ² dB less; over magnitudes whose logarithm has the standard
 /// deviation τ (normal) it is exp(τ²/2) of their geometric mean, 4.34·τ² dB more.
 ///
@@ -179,163 +210,124 @@ impl CellAverage {
 /// the wrapped normal distribution; the mean of the log-normal distribution.
 ///
 /// # Errors
-/// [`PanelError::Empty`] when no line lies in the band, [`PanelError::Transfer`] when people cannot be averaged.
-pub(super) fn averages<I: Quantity, O: Quantity>(
-    levels: &Levels<I, O>,
-    band: Band,
+/// [`PanelError::Transfer`] when people cancel.
+pub(super) fn averages(
+    levels: &Levels,
     criterion: Criterion,
 ) -> Result<Vec<CellAverage>, PanelError> {
     let mut found = Vec::new();
     for (i, cell) in levels.cells.iter().enumerate() {
-        let inside = levels.in_cell(i);
-        if inside.len() < 2 {
+        let people = levels.in_cell(i);
+        if people.len() < 2 {
             continue;
         }
-        let people: Vec<&str> = inside
-            .iter()
-            .map(|(p, _)| levels.people[*p].as_str())
-            .collect();
-        let functions: Vec<&TransferFunction<I, O>> =
-            inside.iter().map(|(_, own)| &own.function).collect();
-        let log = average(&functions, BundleAverage::LogMagnitude)?;
-        let complex = average(&functions, BundleAverage::Complex)?;
-        let costs = |averaging| costs(&functions, &people, averaging, band, criterion);
+        let own = || people.iter().map(|(_, own)| *own);
+        let level = |averaging| Mean::of(averaging, own()).levels_db();
+        let log_magnitude_db = level(BundleAverage::LogMagnitude)?;
+        let complex_db = level(BundleAverage::Complex)?;
+        let own: Vec<&Own> = own().collect();
         found.push(CellAverage {
             cell: *cell,
             frequencies_hz: levels.frequencies_hz.clone(),
-            log_magnitude_db: super::levels::levels_db(&log, band),
-            complex_db: super::levels::levels_db(&complex, band),
-            difference: difference(&functions, &log, &complex, band),
+            difference: difference(&own, &levels.frequencies_hz, &log_magnitude_db, &complex_db),
+            log_magnitude_db,
+            complex_db,
             penalties: [
-                costs(BundleAverage::LogMagnitude)?,
-                costs(BundleAverage::Complex)?,
+                costs(&people, BundleAverage::LogMagnitude, criterion)?,
+                costs(&people, BundleAverage::Complex, criterion)?,
             ],
         });
     }
     Ok(found)
 }
 
-fn costs<I: Quantity, O: Quantity>(
-    functions: &[&TransferFunction<I, O>],
-    people: &[&str],
+fn costs(
+    people: &[(&str, &Own)],
     averaging: BundleAverage,
-    band: Band,
     criterion: Criterion,
 ) -> Result<CellPenalties, PanelError> {
-    let left = leave_one_out(functions, averaging, band)?;
+    let own: Vec<&Own> = people.iter().map(|(_, own)| *own).collect();
+    let off_db = left_out_db(&own, averaging)?;
     let people: Vec<ParticipantPenalty> = people
         .iter()
-        .zip(&left.penalties)
-        .map(|(who, penalty)| ParticipantPenalty {
+        .zip(&off_db)
+        .map(|((who, _), off)| ParticipantPenalty {
             participant: (*who).to_owned(),
-            db_rms: penalty.db_rms,
-            db_max: penalty.db_max,
+            db_rms: rms(off),
+            db_max: off.iter().fold(0.0, |most: f64, db| most.max(db.abs())),
         })
         .collect();
+    let penalties_db: Vec<f64> = people.iter().map(|p| p.db_rms).collect();
     let worst = people
         .iter()
         .max_by(|a, b| a.db_rms.total_cmp(&b.db_rms))
         .cloned()
         .ok_or(PanelError::Nothing)?;
-    let interval_db_rms = left
-        .interval_db_rms
-        .filter(|_| people.len() >= ENOUGH_FOR_INTERVAL);
-    let verdict = verdict(
-        functions,
-        &people,
-        interval_db_rms,
-        averaging,
-        band,
-        criterion,
-    )?;
     Ok(CellPenalties {
         averaging,
-        mean_db_rms: left.mean_db_rms,
-        interval_db_rms,
+        mean_db_rms: mean(&penalties_db),
+        new_person_db_rms: new_person_db(&penalties_db),
         mean_db_max: mean(&people.iter().map(|p| p.db_max).collect::<Vec<_>>()),
         worst,
-        verdict,
+        verdict: verdict(&own, &penalties_db, averaging, criterion),
         people,
     })
 }
 
-/// The verdict on the average, from the leave-one-out penalties of all people.
-fn verdict<I: Quantity, O: Quantity>(
-    functions: &[&TransferFunction<I, O>],
-    people: &[ParticipantPenalty],
-    interval_db_rms: Option<[f64; 2]>,
+/// The verdict on the average, from the leave-one-out `penalties_db` of all people.
+fn verdict(
+    people: &[&Own],
+    penalties_db: &[f64],
     averaging: BundleAverage,
-    band: Band,
     criterion: Criterion,
-) -> Result<Verdict, PanelError> {
+) -> Verdict {
     let n = people.len();
-    let penalties: Vec<f64> = people.iter().map(|p| p.db_rms).collect();
-    let mean_db_rms = mean(&penalties);
-    let within = penalties
-        .iter()
-        .filter(|db| **db <= criterion.db_rms)
-        .count();
+    let is_within = |db: &f64| *db <= criterion.db_rms;
+    let within = penalties_db.iter().filter(|db| is_within(db)).count();
     let share_within = within as f64 / n as f64;
-    let most = Limit::at_most(criterion.db_rms);
+    let what = AverageCriterion::ShareWithin;
     let least = Limit::at_least(criterion.least_share);
-    // The penalties of two people are equal: there is only one number.
-    let (mean_rule, share_rule) = match interval_db_rms {
-        None => (
-            Rule::unmeasured(AverageCriterion::MeanPenalty, "dB rms", most),
-            Rule::unmeasured(AverageCriterion::ShareWithin, "", least),
-        ),
-        Some(interval) => {
-            let [low, mut high] = share_interval(within, n);
-            if high < criterion.least_share && n < SMALL_AVERAGE_PEOPLE {
-                // In a small average one outlier puts everybody beyond the limit.
-                let within = within_without_odd(functions, &penalties, averaging, band, criterion)?;
-                high = share_interval(within, n)[1];
-            }
-            let share = AverageCriterion::ShareWithin;
-            (
-                Rule::new(
-                    AverageCriterion::MeanPenalty,
-                    "dB rms",
-                    mean_db_rms,
-                    Some(interval),
-                    most,
-                ),
-                Rule::new(share, "", share_within, Some([low, high]), least),
-            )
+    let share_rule = if n < ENOUGH_FOR_SHARE {
+        Rule::unmeasured(what, "", least)
+    } else {
+        let [low, mut high] = share_interval(within, n);
+        if high < criterion.least_share && n < SMALL_AVERAGE_PEOPLE {
+            // In a small average one outlier puts everybody beyond the limit: whoever is within without any single one counts.
+            let without_odd = (0..n).filter(|i| {
+                is_within(&penalties_db[*i])
+                    || (0..n).filter(|odd| odd != i).any(|odd| {
+                        let others = (0..n).filter(|j| j != i && *j != odd);
+                        let average = Mean::of(averaging, others.map(|j| people[j]));
+                        is_within(&average.off_db_rms(people[*i]))
+                    })
+            });
+            high = share_interval(without_odd.count(), n)[1];
         }
+        Rule::new(what, "", share_within, Some([low, high]), least)
     };
     // Where nothing was excited nothing is known, even if the numbers there agree.
-    let excited = functions
-        .iter()
-        .filter(|f| f.unexcited_share(band) <= 0.0)
-        .count();
+    let excited = people.iter().filter(|own| own.excited).count();
     let all = Limit::AtLeast {
         met: 1.0,
         not_met: 0.0,
     };
-    let excited_rule = Rule::new(
-        AverageCriterion::Excited,
-        "",
-        excited as f64 / n as f64,
-        None,
-        all,
-    );
-    let rules = [mean_rule.outcome, share_rule.outcome];
+    let share = excited as f64 / n as f64;
+    let excited_rule = Rule::new(AverageCriterion::Excited, "", share, None, all);
     let outcome = match excited_rule.outcome {
-        Outcome::Met => Outcome::of_all(rules),
+        Outcome::Met => share_rule.outcome,
         _ => Outcome::NotDecided,
     };
     let undecided = outcome == Outcome::NotDecided && excited == n;
-    Ok(Verdict {
+    Verdict {
         outcome,
         criterion,
         share_within,
-        criteria: vec![mean_rule, share_rule, excited_rule],
+        criteria: vec![share_rule, excited_rule],
         people_needed: undecided
-            .then(|| people_needed(&penalties, share_within, criterion))
+            .then(|| people_needed(share_within, criterion))
             .flatten()
             .filter(|needed| *needed > n),
-    })
+    }
 }
 
 /// The 95 % confidence interval of a share of which `k` of `n` were counted, 0–1.
@@ -365,99 +357,61 @@ pub fn share_interval(k: usize, n: usize) -> [f64; 2] {
     [low, high]
 }
 
-/// The number of people within the criterion, by the average of the others, with all of them or without any single one.
-fn within_without_odd<I: Quantity, O: Quantity>(
-    functions: &[&TransferFunction<I, O>],
-    penalties: &[f64],
-    averaging: BundleAverage,
-    band: Band,
-    criterion: Criterion,
-) -> Result<usize, PanelError> {
-    let people = functions.len();
-    let mut within = 0;
-    for (i, own) in functions.iter().enumerate() {
-        let own_db = super::levels::levels_db(own, band);
-        let mut found = penalties[i] <= criterion.db_rms;
-        for odd in (0..people).filter(|j| *j != i) {
-            if found {
-                break;
-            }
-            let others: Vec<&TransferFunction<I, O>> = (0..people)
-                .filter(|j| *j != i && *j != odd)
-                .map(|j| functions[j])
-                .collect();
-            let averaged_db = super::levels::levels_db(&average(&others, averaging)?, band);
-            let off = averaged_db.iter().zip(&own_db).map(|(a, own)| a - own);
-            found = rms(&off.collect::<Vec<f64>>()) <= criterion.db_rms;
-        }
-        within += usize::from(found);
-    }
-    Ok(within)
-}
-
-/// The fewest people needed for a decision, assuming the scatter of `penalties`; `None` when no number up
-/// to [`MOST_PEOPLE`] decides. If both criteria are beyond their limits, one of them is enough to decide.
-fn people_needed(penalties: &[f64], share: f64, criterion: Criterion) -> Option<usize> {
-    let middle = mean(penalties);
-    let squares: f64 = penalties.iter().map(|p| (p - middle) * (p - middle)).sum();
-    let deviation = (squares / (penalties.len() as f64 - 1.0)).sqrt();
-    let distance = (criterion.db_rms - middle).abs();
-    let by_mean = fewest(|people| {
-        let reach = t_quantile(people - 1).map(|t| t * deviation / (people as f64).sqrt());
-        reach.is_some_and(|reach| reach <= distance)
-    });
-    let by_share = fewest(|people| {
-        let within = (share * people as f64).round() as usize;
-        let [low, high] = share_interval(within, people);
+/// The fewest people needed for a decision where `share` of them is within the criterion; `None` when no number up to
+/// [`MOST_PEOPLE`] decides.
+fn people_needed(share: f64, criterion: Criterion) -> Option<usize> {
+    (ENOUGH_FOR_SHARE..=MOST_PEOPLE).find(|people| {
+        let within = (share * *people as f64).round() as usize;
+        let [low, high] = share_interval(within, *people);
         low >= criterion.least_share || high < criterion.least_share
-    });
-    match (middle > criterion.db_rms, share < criterion.least_share) {
-        (true, true) => Some(by_mean?.min(by_share?)),
-        (true, false) => by_mean,
-        (false, true) => by_share,
-        (false, false) => Some(by_mean?.max(by_share?)),
-    }
+    })
 }
 
-fn fewest(decides: impl Fn(usize) -> bool) -> Option<usize> {
-    (ENOUGH_FOR_INTERVAL..=MOST_PEOPLE).find(|people| decides(*people))
-}
-
-fn difference<I: Quantity, O: Quantity>(
-    functions: &[&TransferFunction<I, O>],
-    log: &TransferFunction<I, O>,
-    complex: &TransferFunction<I, O>,
-    band: Band,
+/// How the complex mean of `people` differs from the mean of log magnitudes, and why.
+fn difference(
+    people: &[&Own],
+    frequencies_hz: &[f64],
+    log_db: &[f64],
+    complex_db: &[f64],
 ) -> AverageDifference {
     let half_db = 10.0 * std::f64::consts::LOG10_E;
-    let (mut differences, mut phases, mut levels) = (Vec::new(), Vec::new(), Vec::new());
-    for (line, hz) in log.lines_in(band) {
-        let middle = log.response()[line];
-        let off: Vec<f64> = functions
-            .iter()
-            .map(|f| (f.response()[line] * middle.conj()).arg().to_degrees())
-            .collect();
-        phases.push(rms(&off));
-        let ratios = functions
-            .iter()
-            .map(|f| level_db(f.response()[line]) - level_db(middle));
-        levels.push(rms(&ratios.collect::<Vec<f64>>()) / (2.0 * half_db));
-        differences.push((level_db(complex.response()[line]) - level_db(middle), hz));
-    }
-    let lowest =
-        (0..differences.len()).min_by(|a, b| differences[*a].0.total_cmp(&differences[*b].0));
-    let (lowest_db, lowest_at_hz) = lowest.map_or((0.0, f64::NAN), |line| differences[line]);
-    let mean_square = |radians: &mut dyn Iterator<Item = f64>| {
-        mean(&radians.map(|r| r * r).collect::<Vec<f64>>())
-    };
+    let lines = 0..frequencies_hz.len();
+    // About the phase of the sum and the mean of the phases relative to it, as `transfer::average` has them.
+    let phases: Vec<f64> = lines
+        .clone()
+        .map(|line| {
+            let responses = || people.iter().map(move |own| own.response[line]);
+            let sum: Complex<f64> = responses().sum();
+            let relative: Vec<f64> = responses().map(|h| (h * sum.conj()).arg()).collect();
+            let middle = Complex::from_polar(1.0, sum.arg() + mean(&relative));
+            let off = responses().map(|h| (h * middle.conj()).arg());
+            rms(&off.collect::<Vec<f64>>())
+        })
+        .collect();
+    let levels: Vec<f64> = lines
+        .clone()
+        .map(|line| {
+            let off = people.iter().map(|own| own.db[line] - log_db[line]);
+            rms(&off.collect::<Vec<f64>>()) / (2.0 * half_db)
+        })
+        .collect();
+    let differences = complex_db
+        .iter()
+        .zip(log_db)
+        .map(|(complex, log)| complex - log);
+    let differences: Vec<f64> = differences.collect();
+    let lowest = lines
+        .min_by(|a, b| differences[*a].total_cmp(&differences[*b]))
+        .unwrap_or(0);
+    let mean_square = |values: &[f64]| rms(values).powi(2);
     AverageDifference {
-        mean_db: mean(&differences.iter().map(|(db, _)| *db).collect::<Vec<_>>()),
-        lowest_db,
-        lowest_at_hz,
-        phase_rms_deg: rms(&phases),
-        phase_rms_there_deg: lowest.map_or(0.0, |line| phases[line]),
-        by_phases_db: -half_db * mean_square(&mut phases.iter().map(|deg| deg.to_radians())),
-        by_levels_db: half_db * mean_square(&mut levels.iter().copied()),
+        mean_db: mean(&differences),
+        lowest_db: differences[lowest],
+        lowest_at_hz: frequencies_hz[lowest],
+        phase_rms_deg: rms(&phases).to_degrees(),
+        phase_rms_there_deg: phases[lowest].to_degrees(),
+        by_phases_db: -half_db * mean_square(&phases),
+        by_levels_db: half_db * mean_square(&levels),
     }
 }
 
@@ -529,8 +483,12 @@ pub fn average_of_panel<I: Quantity, O: Quantity>(
             found: 0,
         });
     }
+    if functions[0].lines_in(band).next().is_none() {
+        return Err(PanelError::Empty { band });
+    }
     let functions: Vec<&TransferFunction<I, O>> = functions.iter().collect();
     let mut averaged = average(&functions, averaging).map_err(|error| named(error.into()))?;
+    averaged.about.warnings.extend(panel.of_same_people());
     averaged
         .about
         .warnings
@@ -549,14 +507,10 @@ pub fn average_of_panel<I: Quantity, O: Quantity>(
         measured.map(|e| (e.filing.to_string(), e.function.about.warnings.as_slice())),
     ));
     let costs = if functions.len() > 1 {
-        let costs = costs(
-            &functions,
-            &people,
-            averaging,
-            band,
-            Criterion::thesis_2024(),
-        )
-        .map_err(named)?;
+        let own: Vec<Own> = functions.iter().map(|f| Own::of(*f, band)).collect();
+        let own: Vec<(&str, &Own)> = people.iter().copied().zip(&own).collect();
+        let costs = costs(&own, averaging, Criterion::thesis_2024()).map_err(named)?;
+        let costs = costs.beside_same(panel.same_people());
         averaged.about.provenance.averaged_people = Some(people.len());
         averaged
             .about
@@ -564,7 +518,7 @@ pub fn average_of_panel<I: Quantity, O: Quantity>(
             .push(Warning::from(PanelWarning::Averaged {
                 participants: people.len(),
                 penalty_db_rms: costs.mean_db_rms,
-                interval_db_rms: costs.interval_db_rms,
+                new_person_db_rms: costs.new_person_db_rms,
                 worst: costs.worst.participant.clone(),
                 worst_db_rms: costs.worst.db_rms,
             }));

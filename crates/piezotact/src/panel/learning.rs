@@ -1,16 +1,14 @@
 //! The learning curve of an average: how many people it needs.
 
-use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
-use super::Cell;
-use super::levels::Levels;
+use super::levels::{Levels, Mean, Own};
+use super::prediction::typical_db;
 use super::random::Draws;
+use super::{Cell, PanelConfig};
 use crate::criterion::{Criterion, Limit};
-use crate::quantity::{Band, Quantity};
-use crate::statistics::{deviation_interval, mean, positive_mean_interval, rms};
+use crate::statistics::mean;
 use crate::transfer::BundleAverage;
-use crate::transfer::level_db;
 
 /// The largest number of other people for which every subset is averaged; random orders are drawn for more.
 const ALL_SUBSETS: usize = 8;
@@ -53,213 +51,98 @@ pub struct LearningPoint {
     pub people: usize,
     /// The mean over people left out, and over averages of that many others, of the rms penalty, dB.
     pub mean_db_rms: f64,
-    /// Its 95 % confidence interval over people left out, dB.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub interval_db_rms: Option<[f64; 2]>,
 }
 
-/// What an average of 1 to N − 1 people costs a person who is not in it, for every cell with three or more people, over
-/// `band`; `within_db` is the tolerance for how many are enough.
+/// What an average of 1 to N − 1 people costs a person who is not in it, for every cell with three or more people.
 ///
 /// Formula: for each person left out and each number n, the mean over sets of n others of the rms over lines of the
 /// difference of levels: all sets where there are at most eight others, or else the first n of each of `orders` random
-/// orders drawn by `seed`. Enough: a new person is σ·√(1 + 1/n) off an average of n, σ the rms over the band of the standard
-/// deviation over people, so that n is enough where σ·(√(1 + 1/n) − 1) ≤ `within_db`; its interval from that of σ (χ² with one
-/// degree of freedom less than people, as if all lines of a person moved together: the widest that it can be).
+/// orders. Enough: a typical new person is e·√(1 + 1/n) off an average of n, e that person's error by the average of
+/// very many people, so that n is enough where e·(√(1 + 1/n) − 1) ≤ `enough_within_db`; its interval from that of e ([`typical_db`]).
 ///
 /// Source: learning curves as in T. Hastie, R. Tibshirani and J. Friedman, *The Elements of Statistical Learning*, 2nd ed.,
 /// section 7.10.
-pub(super) fn curves<I: Quantity, O: Quantity>(
-    levels: &Levels<I, O>,
-    averaging: BundleAverage,
-    band: Band,
-    within_db: f64,
-    orders: usize,
-    seed: u64,
-) -> Vec<LearningCurve> {
-    levels
-        .cells
-        .iter()
-        .enumerate()
-        .filter_map(|(i, cell)| {
-            let inside = levels.in_cell(i);
-            if inside.len() < LEAST {
-                return None;
-            }
-            let people: Vec<Summand> = inside
-                .iter()
-                .map(|(_, own)| Summand {
-                    db: &own.db,
-                    terms: match averaging {
-                        BundleAverage::LogMagnitude => {
-                            own.db.iter().map(|db| Complex::new(*db, 0.0)).collect()
-                        }
-                        BundleAverage::Complex => {
-                            let lines = own.function.lines_in(band);
-                            lines
-                                .map(|(line, _)| own.function.response()[line])
-                                .collect()
-                        }
-                    },
-                })
-                .collect();
-            Some(curve(*cell, &people, averaging, within_db, orders, seed))
+pub(super) fn curves(levels: &Levels, config: &PanelConfig) -> Vec<LearningCurve> {
+    let cells = levels.cells.iter().enumerate();
+    let inside = cells.map(|(i, cell)| (cell, levels.in_cell(i)));
+    inside
+        .filter(|(_, inside)| inside.len() >= LEAST)
+        .map(|(cell, inside)| {
+            let people: Vec<&Own> = inside.iter().map(|(_, own)| *own).collect();
+            curve(*cell, &people, config)
         })
         .collect()
 }
 
-/// One person: the level that an average is compared with, and the terms that are summed for averages.
-struct Summand<'a> {
-    db: &'a [f64],
-    terms: Vec<Complex<f64>>,
-}
-
-fn curve(
-    cell: Cell,
-    people: &[Summand<'_>],
-    averaging: BundleAverage,
-    within_db: f64,
-    orders: usize,
-    seed: u64,
-) -> LearningCurve {
+fn curve(cell: Cell, people: &[&Own], config: &PanelConfig) -> LearningCurve {
+    let averaging = config.averaging;
     let others = people.len() - 1;
-    let every = others <= ALL_SUBSETS;
-    let mut draws = Draws::new(seed);
+    let orders = match others {
+        ..=ALL_SUBSETS => 0,
+        _ => config.orders.max(1),
+    };
+    let mut draws = Draws::new(config.seed);
     // By person left out, then by number in the average.
-    let costs: Vec<Vec<f64>> = (0..people.len())
+    let errors_db: Vec<Vec<f64>> = (0..people.len())
         .map(|left_out| {
+            let own = people[left_out];
             let rest: Vec<usize> = (0..people.len()).filter(|i| *i != left_out).collect();
-            let own = people[left_out].db;
-            let mut costs = Costs::new(others, averaging);
-            if every {
-                for set in 1..1_usize << others {
-                    let members = (0..others).filter(|i| set >> i & 1 == 1);
-                    costs.add_set(people, own, members.map(|i| rest[i]));
-                }
+            let mut errors_db = vec![Vec::new(); others];
+            let sets = if orders == 0 {
+                1..1_usize << others
             } else {
-                for _ in 0..orders.max(1) {
-                    let mut order = rest.clone();
-                    draws.shuffle(&mut order);
-                    costs.add_order(people, own, &order);
+                0..0
+            };
+            for set in sets {
+                let members = (0..others).filter(|i| set >> i & 1 == 1);
+                let average = Mean::of(averaging, members.map(|i| people[rest[i]]));
+                errors_db[average.people - 1].push(average.off_db_rms(own));
+            }
+            for _ in 0..orders {
+                let mut order = rest.clone();
+                draws.shuffle(&mut order);
+                let mut average = Mean::of(averaging, std::iter::empty());
+                for member in order {
+                    average.add(people[member]);
+                    errors_db[average.people - 1].push(average.off_db_rms(own));
                 }
             }
-            costs.means()
+            errors_db.iter().map(|of| mean(of)).collect()
         })
         .collect();
-    let points: Vec<LearningPoint> = (0..others)
-        .map(|n| {
-            let each: Vec<f64> = costs.iter().map(|of_person| of_person[n]).collect();
-            LearningPoint {
-                people: n + 1,
-                mean_db_rms: mean(&each),
-                interval_db_rms: positive_mean_interval(&each),
-            }
-        })
-        .collect();
+    let of_size = |n: usize| errors_db.iter().map(|of| of[n]).collect::<Vec<f64>>();
     LearningCurve {
         cell,
         averaging,
-        points,
-        enough: enough(people, within_db),
-        within_db,
-        orders: if every { 0 } else { orders.max(1) },
+        points: (0..others)
+            .map(|n| LearningPoint {
+                people: n + 1,
+                mean_db_rms: mean(&of_size(n)),
+            })
+            .collect(),
+        enough: enough(&of_size(others - 1), config.enough_within_db),
+        within_db: config.enough_within_db,
+        orders,
     }
 }
 
-/// How many people an average needs, by how far `people` scatter.
-fn enough(people: &[Summand<'_>], within_db: f64) -> Criterion<LearningCriterion> {
-    let n = people.len();
-    let lines = people.first().map_or(0, |person| person.db.len());
-    let squares: f64 = (0..lines)
-        .map(|line| {
-            let levels: Vec<f64> = people.iter().map(|person| person.db[line]).collect();
-            let middle = mean(&levels);
-            let about: f64 = levels.iter().map(|db| (db - middle) * (db - middle)).sum();
-            about / (n as f64 - 1.0)
-        })
-        .sum();
-    let deviation_db = (squares / lines.max(1) as f64).sqrt();
-    // σ·(√(1 + 1/n) − 1) = d solved for n, in whole people.
-    let needed = |deviation_db: f64| -> f64 {
-        let ratio = 1.0 + within_db / deviation_db;
+/// How many people an average needs, by the errors `left_out_db` of the average of all others.
+fn enough(left_out_db: &[f64], within_db: f64) -> Criterion<LearningCriterion> {
+    // e·(√(1 + 1/n) − 1) = d solved for n, in whole people.
+    let needed = |error_db: f64| -> f64 {
+        let ratio = 1.0 + within_db / error_db;
         (1.0 / (ratio * ratio - 1.0)).ceil().max(1.0)
     };
-    let limit = Limit::at_most(n as f64);
-    match deviation_interval(deviation_db, n).filter(|_| deviation_db > 0.0) {
-        Some(interval) => Criterion::new(
-            LearningCriterion::PeopleEnough,
+    let what = LearningCriterion::PeopleEnough;
+    let limit = Limit::at_most(left_out_db.len() as f64);
+    match typical_db(left_out_db) {
+        Some((error_db, interval)) => Criterion::new(
+            what,
             "people",
-            needed(deviation_db),
+            needed(error_db),
             Some(interval.map(needed)),
             limit,
         ),
-        None => Criterion::unmeasured(LearningCriterion::PeopleEnough, "people", limit),
-    }
-}
-
-/// Penalties by number of people in the average.
-struct Costs {
-    averaging: BundleAverage,
-    sums: Vec<f64>,
-    counts: Vec<usize>,
-}
-
-impl Costs {
-    fn new(others: usize, averaging: BundleAverage) -> Self {
-        Self {
-            averaging,
-            sums: vec![0.0; others],
-            counts: vec![0; others],
-        }
-    }
-
-    fn add_set(
-        &mut self,
-        people: &[Summand<'_>],
-        own: &[f64],
-        members: impl Iterator<Item = usize>,
-    ) {
-        let mut sum = vec![Complex::ZERO; own.len()];
-        let mut count = 0;
-        for member in members {
-            add(&mut sum, &people[member].terms);
-            count += 1;
-        }
-        self.add(&sum, own, count);
-    }
-
-    fn add_order(&mut self, people: &[Summand<'_>], own: &[f64], order: &[usize]) {
-        let mut sum = vec![Complex::ZERO; own.len()];
-        for (i, member) in order.iter().enumerate() {
-            add(&mut sum, &people[*member].terms);
-            self.add(&sum, own, i + 1);
-        }
-    }
-
-    fn add(&mut self, sum: &[Complex<f64>], own: &[f64], count: usize) {
-        let n = count as f64;
-        let off: Vec<f64> = sum
-            .iter()
-            .zip(own)
-            .map(|(sum, own)| match self.averaging {
-                BundleAverage::LogMagnitude => sum.re / n - own,
-                BundleAverage::Complex => level_db(sum / n) - own,
-            })
-            .collect();
-        self.sums[count - 1] += rms(&off);
-        self.counts[count - 1] += 1;
-    }
-
-    fn means(&self) -> Vec<f64> {
-        let pairs = self.sums.iter().zip(&self.counts);
-        pairs
-            .map(|(sum, count)| sum / (*count).max(1) as f64)
-            .collect()
-    }
-}
-
-fn add(sum: &mut [Complex<f64>], terms: &[Complex<f64>]) {
-    for (sum, term) in sum.iter_mut().zip(terms) {
-        *sum += term;
+        None => Criterion::unmeasured(what, "people", limit),
     }
 }

@@ -18,8 +18,10 @@ mod page_figures;
 mod page_members;
 mod page_tables;
 mod placement;
+mod prediction;
 mod random;
 mod repeat;
+mod same_person;
 mod sentences;
 mod spread;
 mod together;
@@ -41,6 +43,7 @@ pub use learning::{LearningCriterion, LearningCurve, LearningPoint};
 pub use membership::{Completeness, Member, MemberCriterion, ParticipantCriterion};
 pub use placement::{PlacementSpread, SpreadKind, placement_spread};
 pub use repeat::{Components, PairDistances, Repeatability, repeatability};
+pub use same_person::SameResponse;
 pub use spread::{
     BandSpread, CellSpread, FallsWithLoad, ParticipantDistance, WorstCase, WorstCriterion,
 };
@@ -135,6 +138,8 @@ pub struct Panel<I: Quantity, O: Quantity> {
     entries: Vec<Entry<I, O>>,
     participants: Vec<String>,
     cells: Vec<Cell>,
+    /// Participants who may be one person.
+    same_people: Vec<SameResponse>,
     /// What a person should know before relying on it.
     pub warnings: Warnings,
 }
@@ -151,7 +156,7 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
         let first = entries.first().ok_or(PanelError::Nothing)?;
         for (i, entry) in entries.iter().enumerate() {
             together::belongs(entry)?;
-            together::fits(first, entry)?;
+            together::fits(first, entry, &entries[..i])?;
             if let Some(other) = entries[..i].iter().find(|e| e.filing.is(&entry.filing)) {
                 return Err(PanelError::Twice {
                     filing: other.filing.clone(),
@@ -160,6 +165,7 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
         }
         together::distinct(&entries)?;
         together::require_distinct_people(&entries)?;
+        let same_people = same_person::same_people(&entries);
         let mut participants: Vec<String> = entries
             .iter()
             .map(|e| e.filing.participant.clone())
@@ -180,8 +186,10 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
             entries,
             participants,
             cells,
+            same_people,
             warnings: Warnings::new(),
         };
+        panel.warnings.extend(panel.of_same_people());
         panel.warnings.extend(panel.incomplete());
         panel.warnings.extend(panel.of_several_twins());
         Ok(panel)
@@ -191,6 +199,12 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
     #[must_use]
     pub fn entries(&self) -> &[Entry<I, O>] {
         &self.entries
+    }
+
+    /// Participants whose responses are the same but for a constant gain and noise.
+    #[must_use]
+    pub fn same_people(&self) -> &[SameResponse] {
+        &self.same_people
     }
 
     /// The participants' pseudonyms, sorted.
@@ -336,6 +350,11 @@ pub enum PanelError {
     /// One measurement under two names.
     #[error("{one} and {other} have a bit-identical response: remove one of them")]
     Same { one: String, other: String },
+    /// One measurement under two names, on two axes.
+    #[error(
+        "{one} and {other} have the same response, on other lines: two measurements never are the same; remove one of them"
+    )]
+    Resampled { one: String, other: String },
     /// Transfer functions that cancel in the complex mean.
     #[error("cannot average participants: {what}")]
     Opposite {

@@ -4,6 +4,7 @@
 use super::page_members;
 use super::page_tables as tables;
 use super::sentences::percent;
+use super::warning::new_person_text;
 use super::{
     AnalysedPanel, AverageCriterion, CellPenalties, CleanedDip, PanelAverage, PanelKind, WorstCase,
     WorstCriterion,
@@ -402,14 +403,11 @@ impl AnalysedPanel<'_> {
 
 /// What an average costs a new person.
 fn of_costs(costs: &CellPenalties) -> [Number; 2] {
-    let interval = costs.interval_db_rms.map_or(
-        "too few participants for an interval".into(),
-        |[low, high]| format!("95 %: {} to {} dB", fixed(low, 1), fixed(high, 1)),
-    );
+    let interval = new_person_text(costs.new_person_db_rms);
     [
         Number::new(
             format!("{:.1} dB rms", costs.mean_db_rms),
-            format!("error of the average for a new participant ({interval})"),
+            format!("error of the average for a new participant, mean ({interval})"),
         ),
         Number::new(
             format!("{:.1} dB rms", costs.worst.db_rms),
@@ -421,7 +419,6 @@ fn of_costs(costs: &CellPenalties) -> [Number; 2] {
 /// A criterion of the verdict on the average under the name that a report gives it.
 fn named(rule: &Criterion<AverageCriterion>, costs: &CellPenalties) -> Criterion<String> {
     let name = match rule.what {
-        AverageCriterion::MeanPenalty => "error of the average for a new participant".into(),
         AverageCriterion::ShareWithin => format!(
             "participants with an error within {} dB rms",
             costs.verdict.criterion.db_rms
@@ -429,6 +426,7 @@ fn named(rule: &Criterion<AverageCriterion>, costs: &CellPenalties) -> Criterion
         AverageCriterion::Excited => {
             "participants measured with a drive over the whole band".into()
         }
+        AverageCriterion::Distinct => "participants who are nobody else in the average".into(),
     };
     in_percent(rule.clone().called(name))
 }

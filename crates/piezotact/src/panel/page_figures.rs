@@ -146,17 +146,11 @@ pub(super) fn learning(said: &PanelAnalysis) -> Option<Figure> {
     let curve = said.learning.iter().find(|curve| judged.is(curve.cell))?;
     let names = curve.points.iter().map(|p| p.people.to_string()).collect();
     let points = curve.points.iter().enumerate();
-    let spread: Vec<(f64, f64, f64)> = points
-        .clone()
-        .filter_map(|(i, p)| p.interval_db_rms.map(|[low, high]| (i as f64, low, high)))
-        .collect();
     let points = points.map(|(i, p)| (i as f64, p.mean_db_rms));
-    let highest = spread.iter().map(|s| s.2).fold(0.0, f64::max);
-    let line = Line::new("", MEASURED, points.collect())
-        .marked(Mark::Joined)
-        .spread(spread);
+    let line = Line::new("", MEASURED, points.collect()).marked(Mark::Joined);
+    let highest = values(std::slice::from_ref(&line)).fold(0.0, f64::max);
     let y = Axis::new(
-        "error for a new participant, dB rms",
+        "error for a new participant, mean, dB rms",
         0.0,
         (highest * 1.1).max(0.1),
     );
@@ -166,7 +160,7 @@ pub(super) fn learning(said: &PanelAnalysis) -> Option<Figure> {
         orders => format!("over {orders} random orders of the others for each participant"),
     };
     Some(Chart::new(x, y, vec![line]).captioned(format!(
-        "Number of participants needed at {}, {how}; bars: 95 % over the participants left out.",
+        "Number of participants needed at {}, {how}.",
         curve.cell
     )))
 }

@@ -289,7 +289,10 @@ pub(super) fn averages(said: &PanelAnalysis) -> Table {
     let mut table = table([
         ("angle, load", "condition"),
         ("average", "average"),
-        ("error for a new participant, dB rms (95 %)", "error_db_rms"),
+        (
+            "error for a new participant, dB rms, mean (95 % for one)",
+            "error_db_rms",
+        ),
         (
             "largest error of a participant, mean, dB",
             "largest_error_db",
@@ -304,9 +307,11 @@ pub(super) fn averages(said: &PanelAnalysis) -> Table {
         let curve = said.learning.iter().find(|c| c.cell.is(average.cell));
         for averaging in [BundleAverage::LogMagnitude, BundleAverage::Complex] {
             let costs = average.penalties_of(averaging);
-            let interval = costs.interval_db_rms.map_or(String::new(), |[low, high]| {
-                format!(" ({} to {})", fixed(low, 2), fixed(high, 2))
-            });
+            let interval = costs
+                .new_person_db_rms
+                .map_or(String::new(), |[low, high]| {
+                    format!(" ({} to {})", fixed(low, 2), fixed(high, 2))
+                });
             let error = Cell::Rounded {
                 value: costs.mean_db_rms,
                 text: fixed(costs.mean_db_rms, 2) + &interval,

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::levels::{levels_db, robust_score};
+use super::levels::{Own, robust_score};
 use super::{Cell, Panel, PanelError};
 use crate::quantity::{Band, Quantity};
 use crate::statistics::{mean, rms};
@@ -157,7 +157,7 @@ fn singles<I: Quantity, O: Quantity>(panel: &Panel<I, O>, band: Band) -> Vec<Sin
                     .position(|p| *p == filing.participant)?,
                 cell: panel.cells().iter().position(|c| c.is(filing.cell))?,
                 placement: filing.placement,
-                db: levels_db(&entry.function, band),
+                db: Own::of(&entry.function, band).db,
             })
         })
         .collect()

@@ -19,6 +19,7 @@ impl CellPenalties {
     /// Source: docs/decisions/documents.md.
     #[must_use]
     pub fn conclusion(&self, cell: Cell) -> String {
+        let least = percent(self.verdict.criterion.least_share);
         let answer = match self.verdict.outcome {
             Judged::NotDecided => {
                 let open = self.open_text();
@@ -29,27 +30,10 @@ impl CellPenalties {
             Judged::Met => "is",
             Judged::NotMet => "is not",
         };
-        let criterion = self.verdict.criterion;
         format!(
-            "The average {answer} sufficient at {cell}: error for a new participant {}, criterion {} dB for the whole interval and \
-             for {} of participants; {}.",
-            self.error_text(),
-            criterion.db_rms,
-            percent(criterion.least_share),
+            "The average {answer} sufficient at {cell}: {}; at least {least} of the population is required.",
             self.share_text()
         )
-    }
-
-    /// The error for a new person with its interval.
-    ///
-    /// Source: docs/decisions/documents.md.
-    #[must_use]
-    pub fn error_text(&self) -> String {
-        let interval = self.interval_db_rms.map_or(
-            "too few participants for an interval".into(),
-            |[low, high]| format!("95 %: {} to {} dB", signed(low, 1), signed(high, 1)),
-        );
-        format!("{:.1} dB rms ({interval})", self.mean_db_rms)
     }
 
     /// The share of people within the criterion, with its interval.
@@ -65,34 +49,37 @@ impl CellPenalties {
             ),
             None => "too few participants for an interval".into(),
         };
-        format!("{within:.0} of {n} participants are within the limit ({interval})")
+        let limit_db = self.verdict.criterion.db_rms;
+        format!(
+            "the error is within {limit_db} dB rms for {within:.0} of {n} participants ({interval})"
+        )
     }
 
     /// What leaves the verdict open, and what would decide it.
     fn open_text(&self) -> String {
-        let criterion = self.verdict.criterion;
         let open = self.verdict.criteria.iter();
         let open: Vec<AverageCriterion> = open
             .filter(|rule| rule.outcome == Judged::NotDecided)
             .map(|rule| rule.what)
             .collect();
         let reasons = open.iter().map(|what| match what {
-            AverageCriterion::MeanPenalty => format!(
-                "the error for a new participant is {}, and the whole interval must lie within {} dB",
-                self.error_text(),
-                criterion.db_rms
-            ),
             AverageCriterion::ShareWithin => format!(
                 "{}, and at least {} of the population is required",
                 self.share_text(),
-                percent(criterion.least_share)
+                percent(self.verdict.criterion.least_share)
             ),
-            AverageCriterion::Excited => "not every participant was measured with a drive over the whole band".into(),
+            AverageCriterion::Excited => {
+                "not every participant was measured with a drive over the whole band".into()
+            }
+            AverageCriterion::Distinct => "participants in it may be one person".into(),
         });
         let reasons: Vec<String> = reasons.collect();
         let decides = match self.verdict.people_needed {
             _ if open.contains(&AverageCriterion::Excited) => {
                 "Measure them again with a drive over the whole band".into()
+            }
+            _ if open.contains(&AverageCriterion::Distinct) => {
+                "Remove who is there twice".into()
             }
             Some(needed) => format!(
                 "With the same scatter as these {} participants, {needed} participants would decide it",
@@ -256,41 +243,31 @@ mod tests {
             db_max: 2.0,
         };
         let limits = Limits::thesis_2024();
-        let rule = |what, found: f64, interval, limit| {
-            Criterion::new(what, "", found, Some(interval), limit)
-        };
         let costs = CellPenalties {
             averaging: BundleAverage::LogMagnitude,
             people: vec![one.clone(); 5],
             mean_db_rms: 1.0,
-            interval_db_rms: Some([0.5, 1.5]),
+            new_person_db_rms: Some([0.2, 2.5]),
             mean_db_max: 2.0,
             worst: one,
             verdict: Verdict {
                 outcome: Judged::NotDecided,
                 criterion: limits,
                 share_within: 1.0,
-                criteria: vec![
-                    rule(
-                        AverageCriterion::MeanPenalty,
-                        1.0,
-                        [0.5, 1.5],
-                        Limit::at_most(limits.db_rms),
-                    ),
-                    rule(
-                        AverageCriterion::ShareWithin,
-                        1.0,
-                        [0.48, 1.0],
-                        Limit::at_least(limits.least_share),
-                    ),
-                ],
+                criteria: vec![Criterion::new(
+                    AverageCriterion::ShareWithin,
+                    "",
+                    1.0,
+                    Some([0.48, 1.0]),
+                    Limit::at_least(limits.least_share),
+                )],
                 people_needed: Some(36),
             },
         };
         assert_eq!(
             costs.conclusion(cell(0.2)).replace('\u{a0}', " "),
-            "Whether the average is sufficient at 20°, 0.2 N is not decided: 5 of 5 participants are within the limit (95 %: 48 % to 100 % \
-             of the population), and at least 90 % of the population is required. With the same scatter as these 5 participants, \
+            "Whether the average is sufficient at 20°, 0.2 N is not decided: the error is within 3 dB rms for 5 of 5 participants (95 %: 48 % \
+             to 100 % of the population), and at least 90 % of the population is required. With the same scatter as these 5 participants, \
              36 participants would decide it."
         );
     }

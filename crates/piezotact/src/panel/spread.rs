@@ -2,13 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::levels::{Levels, robust_score, steps};
+use super::levels::{Levels, Own, left_out_db, robust_score};
 use super::random::Draws;
 use super::{Cell, PanelError};
 use crate::criterion::{Criterion, Limit, Outcome};
-use crate::quantity::{Band, Degrees, Newtons, Quantity};
+use crate::quantity::{Band, Degrees, Newtons};
 use crate::statistics::{Direction, mean, rms};
-use crate::transfer::{BundleAverage, Ensemble, TransferFunction, bundle, leave_one_out};
+use crate::transfer::{BundleAverage, Ensemble};
 use crate::warning::{Example, Scatter, ScatterWarning, Warning};
 
 /// A person this many robust standard deviations further from the mean curve than the median person is an outlier.
@@ -180,77 +180,51 @@ pub struct FallsWithLoad {
 /// The differences between all transfer functions of the panel, over people and cells: each person's own average in each
 /// cell counts once.
 ///
-/// Formula: [`bundle`] of the averages.
-///
 /// Source: L. Felicetti's thesis (2024), figure 67d.
-///
-/// # Errors
-/// [`PanelError::Transfer`] when there are fewer than two.
-pub(super) fn all_together<I: Quantity, O: Quantity>(
-    levels: &Levels<I, O>,
-    band: Band,
-) -> Result<Ensemble, PanelError> {
-    let functions: Vec<&TransferFunction<I, O>> = (0..levels.cells.len())
-        .flat_map(|cell| levels.in_cell(cell))
-        .map(|(_, own)| &own.function)
-        .collect();
-    Ok(bundle(&functions, band)?)
+pub(super) fn all_together(levels: &Levels) -> Ensemble {
+    let cells = (0..levels.cells.len()).flat_map(|cell| levels.in_cell(cell));
+    let curves: Vec<&[f64]> = cells.map(|(_, own)| own.db.as_slice()).collect();
+    Ensemble::of(&levels.frequencies_hz, &curves)
 }
 
-/// How far people lie apart in every cell with two or more, over `band` and its parts `bands`; and the warnings about
+/// How far people lie apart in every cell with two or more, over the band and its parts `bands`; and the warnings about
 /// single people.
 ///
-/// Formula: [`bundle`] over each person's own average. A person is an outlier whose rms distance d from the mean curve
+/// Formula: [`Ensemble::of`] each person's own average. A person is an outlier whose rms distance d from the mean curve
 /// has (d − median)/(1.4826·MAD) > 3.5, MAD the median absolute deviation of the distances of all.
 ///
 /// Source: L. Felicetti's thesis (2024), figures 67, 76 and 77; the rule: B. Iglewicz and D. C. Hoaglin, *How to Detect
 /// and Handle Outliers*, 1993.
 ///
 /// # Errors
-/// [`PanelError::Empty`] when no line lies in the band, [`PanelError::Transfer`] when people cannot be averaged.
-pub(super) fn by_cell<I: Quantity, O: Quantity>(
-    levels: &Levels<I, O>,
+/// [`PanelError::Transfer`] when people cancel.
+pub(super) fn by_cell(
+    levels: &Levels,
     averaging: BundleAverage,
-    band: Band,
     bands: &[Band],
 ) -> Result<(Vec<CellSpread>, Vec<Warning>), PanelError> {
     let (mut spreads, mut warnings) = (Vec::new(), Vec::new());
     for (i, cell) in levels.cells.iter().enumerate() {
-        let inside = levels.in_cell(i);
+        let (names, inside): (Vec<&str>, Vec<&Own>) = levels.in_cell(i).into_iter().unzip();
         if inside.len() < 2 {
             continue;
         }
-        let functions: Vec<&TransferFunction<I, O>> =
-            inside.iter().map(|(_, own)| &own.function).collect();
-        let curves: Vec<&[f64]> = inside.iter().map(|(_, own)| own.db.as_slice()).collect();
-        let bundle = bundle(&functions, band)?;
+        let curves: Vec<&[f64]> = inside.iter().map(|own| own.db.as_slice()).collect();
+        let bundle = Ensemble::of(&levels.frequencies_hz, &curves);
         let mean_db = mean_curve(&curves);
-        let mut people: Vec<ParticipantDistance> = inside
-            .iter()
-            .map(|(person, own)| {
-                distance(
-                    &levels.people[*person],
-                    &own.db,
-                    &mean_db,
-                    &levels.frequencies_hz,
-                )
-            })
+        let people = names.iter().zip(&curves);
+        let mut people: Vec<ParticipantDistance> = people
+            .map(|(who, db)| distance(who, db, &mean_db, &levels.frequencies_hz))
             .collect();
         warnings.extend(odd_ones(&mut people, *cell));
-        let mut parts = Vec::with_capacity(bands.len());
-        for part in bands {
-            if let Some(mut spread) = in_part(*part, &bundle, &curves) {
-                if averaging == BundleAverage::Complex {
-                    spread.penalty_db_rms =
-                        leave_one_out(&functions, averaging, *part)?.mean_db_rms;
-                }
-                parts.push(spread);
-            }
-        }
+        let left_out_db = left_out_db(&inside, averaging)?;
+        let parts = bands.iter();
         spreads.push(CellSpread {
             cell: *cell,
             spread_rms_db: rms(&bundle.spread_db),
-            bands: parts,
+            bands: parts
+                .filter_map(|part| in_part(*part, &bundle, &left_out_db))
+                .collect(),
             bundle,
             mean_db,
             people,
@@ -309,51 +283,26 @@ fn odd_ones(people: &mut [ParticipantDistance], cell: Cell) -> Vec<Warning> {
         .collect()
 }
 
-/// The spread in a part of the band, with the penalty of the mean of log magnitudes.
-fn in_part(part: Band, bundle: &Ensemble, curves: &[&[f64]]) -> Option<BandSpread> {
-    let lines: Vec<usize> = bundle
-        .frequencies_hz
-        .iter()
-        .enumerate()
-        .filter(|(_, hz)| part.contains(**hz))
-        .map(|(line, _)| line)
-        .collect();
+/// The spread in a part of the band, with the errors of the average of the others, `left_out_db`.
+fn in_part(part: Band, bundle: &Ensemble, left_out_db: &[Vec<f64>]) -> Option<BandSpread> {
+    let inside = |line: &usize| part.contains(bundle.frequencies_hz[*line]);
+    let lines: Vec<usize> = (0..bundle.frequencies_hz.len()).filter(inside).collect();
     let range = |line: usize| bundle.highest_db[line] - bundle.lowest_db[line];
-    let widest = lines
-        .iter()
-        .copied()
-        .max_by(|a, b| range(*a).total_cmp(&range(*b)))?;
-    let spread: Vec<f64> = lines.iter().map(|line| bundle.spread_db[*line]).collect();
-    // The mean of the others is the mean of all moved away from one's own by 1/(n − 1) of the distance.
-    let n = curves.len() as f64;
-    let penalties: Vec<f64> = curves
-        .iter()
-        .map(|own| {
-            let off: Vec<f64> = lines
-                .iter()
-                .map(|line| {
-                    let all = curves.iter().map(|curve| curve[*line]).sum::<f64>();
-                    (all - own[*line]) / (n - 1.0) - own[*line]
-                })
-                .collect();
-            rms(&off)
-        })
-        .collect();
+    let widest = lines.iter().copied();
+    let widest = widest.max_by(|a, b| range(*a).total_cmp(&range(*b)))?;
+    let over = |db: &[f64]| rms(&lines.iter().map(|line| db[*line]).collect::<Vec<_>>());
+    let penalties: Vec<f64> = left_out_db.iter().map(|off| over(off)).collect();
     Some(BandSpread {
         band_hz: part,
         max_deviation_db: range(widest),
         at_hz: bundle.frequencies_hz[widest],
-        spread_rms_db: rms(&spread),
+        spread_rms_db: over(&bundle.spread_db),
         penalty_db_rms: mean(&penalties),
     })
 }
 
 /// The largest range over people in a cell, dB, and where.
-fn deviation<I: Quantity, O: Quantity>(
-    levels: &Levels<I, O>,
-    people: &[usize],
-    cell: usize,
-) -> (f64, f64) {
+fn deviation(levels: &Levels, people: &[usize], cell: usize) -> (f64, f64) {
     let mut curves = people
         .iter()
         .filter_map(|person| Some(levels.at(*person, cell)?.db.as_slice()));
@@ -407,11 +356,7 @@ fn share_of(
 ///
 /// # Errors
 /// [`PanelError::Few`] when fewer than two people are complete.
-pub(super) fn worst<I: Quantity, O: Quantity>(
-    levels: &Levels<I, O>,
-    resamples: usize,
-    seed: u64,
-) -> Result<WorstCase, PanelError> {
+pub(super) fn worst(levels: &Levels, resamples: usize, seed: u64) -> Result<WorstCase, PanelError> {
     let cells: Vec<usize> = (0..levels.cells.len()).collect();
     let people = levels.complete(&cells);
     if people.len() < 2 {
@@ -455,11 +400,7 @@ pub(super) fn worst<I: Quantity, O: Quantity>(
 ///
 /// Source: L. Felicetti's thesis (2024), figures 68 and 77; [`worst`] for the share; P. I. Good, *Permutation,
 /// Parametric, and Bootstrap Tests of Hypotheses*, 3rd ed., section 3.7, for p.
-pub(super) fn falls<I: Quantity, O: Quantity>(
-    levels: &Levels<I, O>,
-    resamples: usize,
-    seed: u64,
-) -> Vec<FallsWithLoad> {
+pub(super) fn falls(levels: &Levels, resamples: usize, seed: u64) -> Vec<FallsWithLoad> {
     let loads_n = levels.loads_n();
     let mut found = Vec::new();
     for angle_deg in levels.angles_deg() {
@@ -503,8 +444,8 @@ pub(super) fn falls<I: Quantity, O: Quantity>(
 
 /// The p-value of the change of the maximum deviation from one cell to another, under the hypothesis of no difference between the
 /// cells; `None` for too few people.
-fn exchanged<I: Quantity, O: Quantity>(
-    levels: &Levels<I, O>,
+fn exchanged(
+    levels: &Levels,
     people: &[usize],
     ends: [usize; 2],
     resamples: usize,
@@ -559,9 +500,4 @@ fn exchanged<I: Quantity, O: Quantity>(
         (count, resamples + 1)
     };
     Some(as_large as f64 / of as f64)
-}
-
-/// Every pair of loads that a trend looks at.
-pub(super) fn load_pairs<I: Quantity, O: Quantity>(levels: &Levels<I, O>) -> Vec<(f64, f64)> {
-    steps(&levels.loads_n())
 }

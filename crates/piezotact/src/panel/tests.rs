@@ -181,14 +181,12 @@ fn penalties_and_learning_follow_the_offsets() {
     assert!((curve.points[2].mean_db_rms - mean).abs() < 1e-9);
     // By random orders the ends are the same as by all subsets, and the middle is near.
     let many: Vec<f64> = (0..12).map(|i| f64::from(i % 4)).collect();
-    let drawn = curves(
-        &Levels::of(&flat_panel(&many), band(), BundleAverage::LogMagnitude).unwrap(),
-        BundleAverage::LogMagnitude,
-        band(),
-        0.1,
-        400,
-        3,
-    );
+    let config = PanelConfig {
+        orders: 400,
+        ..PanelConfig::usual(band(), 3)
+    };
+    let levels = Levels::of(&flat_panel(&many), band(), config.averaging).unwrap();
+    let drawn = curves(&levels, &config);
     let (all, points) = (&drawn[0], &drawn[0].points);
     assert_eq!((points.len(), all.orders), (11, 400));
     let pairs = many
@@ -201,10 +199,11 @@ fn penalties_and_learning_follow_the_offsets() {
         "{} {pairs}",
         points[0].mean_db_rms
     );
-    // σ of 0 to 3, three times each, is √(45/3/11) dB: enough where σ·(√(1 + 1/n) − 1) ≤ 0.1 dB.
-    let sigma = (15.0_f64 / 11.0).sqrt();
+    // 0 to 3, three times each, are 12/11 of 1.5 and 0.5 dB off the mean of the others: enough where e·(√(1 + 1/n) − 1) ≤ 0.1 dB.
+    let root = f64::midpoint(1.5_f64.sqrt(), 0.5_f64.sqrt());
+    let typical = 12.0 / 11.0 * root * root * (11.0_f64 / 12.0).sqrt();
     let n = all.enough.found.unwrap();
-    let gained = |n: f64| sigma * ((1.0 + 1.0 / n).sqrt() - 1.0);
+    let gained = |n: f64| typical * ((1.0 + 1.0 / n).sqrt() - 1.0);
     assert!(gained(n) <= 0.1 && gained(n - 1.0) > 0.1, "{n}");
 }
 
@@ -218,7 +217,6 @@ fn the_complex_mean_loses_what_phases_spread() {
     let panel = Panel::new(vec![turned("a", -60.0), turned("b", 60.0)]).unwrap();
     let found = averages(
         &Levels::of(&panel, band(), BundleAverage::LogMagnitude).unwrap(),
-        band(),
         Criterion::thesis_2024(),
     )
     .unwrap();
@@ -269,7 +267,6 @@ fn the_complex_mean_gains_what_levels_spread() {
     let panel = Panel::new(vec![of("a", -1.0), of("b", 1.0)]).unwrap();
     let found = averages(
         &Levels::of(&panel, band(), BundleAverage::LogMagnitude).unwrap(),
-        band(),
         Criterion::thesis_2024(),
     );
     let difference = found.unwrap()[0].difference;

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::membership::{self, LOW_COHERENCE, MemberCriterion};
+use super::same_person;
 use super::{Cell, Entry, Filing, Panel, PanelError};
 use crate::criterion::{Criterion, Outcome};
 use crate::device::DriveSetup;
@@ -85,10 +86,11 @@ pub(super) fn belongs<I: Quantity, O: Quantity>(entry: &Entry<I, O>) -> Result<(
     Ok(())
 }
 
-/// Refuses an entry that cannot be combined with the first.
+/// Refuses an entry that cannot be combined with the first, and says where it is one of the earlier ones on other lines.
 pub(super) fn fits<I: Quantity, O: Quantity>(
     first: &Entry<I, O>,
     entry: &Entry<I, O>,
+    earlier: &[Entry<I, O>],
 ) -> Result<(), PanelError> {
     let (one, other) = (&first.function, &entry.function);
     let differ = |what, one: String, other: String| PanelError::Differ {
@@ -117,6 +119,19 @@ pub(super) fn fits<I: Quantity, O: Quantity>(
         MemberCriterion::OtherDevice => differ("device", device(&one.drive), device(&other.drive)),
         MemberCriterion::OtherEstimator => differ("estimator", name(one), name(other)),
         MemberCriterion::OtherBench => differ("bench", bench(one), bench(other)),
+        MemberCriterion::LineSpacing | MemberCriterion::LineCount => {
+            let is_of = |known: &&Entry<I, O>| {
+                known.filing.participant != entry.filing.participant
+                    && same_person::is_resampled(&known.function, other)
+            };
+            match earlier.iter().find(is_of) {
+                Some(known) => PanelError::Resampled {
+                    one: known.filing.to_string(),
+                    other: entry.filing.to_string(),
+                },
+                None => differ("lines", lines(one), lines(other)),
+            }
+        }
         _ => differ("lines", lines(one), lines(other)),
     })
 }

@@ -3,8 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::levels::{Levels, steps};
-use super::spread::load_pairs;
-use crate::quantity::{Degrees, Newtons, Quantity};
+use crate::quantity::{Degrees, Newtons};
 use crate::statistics::{PairedDifference, mean, paired_difference, rms, sign_test};
 
 /// The effect of a heavier load at one angle, over people who were measured at both loads.
@@ -105,10 +104,10 @@ fn tested(steps_db: &[f64]) -> (f64, Option<PairedDifference>, Option<f64>) {
 /// and the sign test over people.
 ///
 /// Source: L. Felicetti's thesis (2024), figures 70 and 74; [`paired_difference`], [`sign_test`].
-pub(super) fn by_load<I: Quantity, O: Quantity>(levels: &Levels<I, O>) -> Vec<LoadStep> {
+pub(super) fn by_load(levels: &Levels) -> Vec<LoadStep> {
     let mut found = Vec::new();
     for angle_deg in levels.angles_deg() {
-        for (from_n, to_n) in load_pairs(levels) {
+        for (from_n, to_n) in steps(&levels.loads_n()) {
             let cells = levels
                 .cell(from_n, angle_deg)
                 .zip(levels.cell(to_n, angle_deg));
@@ -148,11 +147,7 @@ pub(super) fn by_load<I: Quantity, O: Quantity>(levels: &Levels<I, O>) -> Vec<Lo
 }
 
 /// Line by line, b − a of everybody who is in both cells, dB.
-fn difference<I: Quantity, O: Quantity>(
-    levels: &Levels<I, O>,
-    a: usize,
-    b: usize,
-) -> Vec<(usize, Vec<f64>)> {
+fn difference(levels: &Levels, a: usize, b: usize) -> Vec<(usize, Vec<f64>)> {
     levels
         .complete(&[a, b])
         .into_iter()
@@ -171,7 +166,7 @@ fn difference<I: Quantity, O: Quantity>(
 /// averaged over loads; Student's paired t and the sign test over people.
 ///
 /// Source: L. Felicetti's thesis (2024), figure 75; [`paired_difference`], [`sign_test`].
-pub(super) fn by_angle<I: Quantity, O: Quantity>(levels: &Levels<I, O>) -> Vec<AngleEffect> {
+pub(super) fn by_angle(levels: &Levels) -> Vec<AngleEffect> {
     let mut found = Vec::new();
     for (from_deg, to_deg) in steps(&levels.angles_deg()) {
         let at_loads: Vec<(f64, Vec<ParticipantShape>)> = levels

@@ -22,14 +22,14 @@ pub enum PanelWarning {
     },
     /// A transfer function that is an average over people.
     #[error(
-        "the average of {participants} participants: for a participant who is not in it, its error is {penalty_db_rms:.1} dB rms{}, for {worst} \
-            {worst_db_rms:.1} dB; characterise the participant if this error is too large",
-        interval_db_rms.map_or_else(String::new, |[low, high]| format!(" (95 %: {low:.1} to {high:.1})"))
+        "the average of {participants} participants: for a participant who is not in it, its error is {penalty_db_rms:.1} dB rms on average ({}), for \
+            {worst} {worst_db_rms:.1} dB; characterise the participant if this error is too large",
+        new_person_text(*new_person_db_rms)
     )]
     Averaged {
         participants: usize,
         penalty_db_rms: f64,
-        interval_db_rms: Option<[f64; 2]>,
+        new_person_db_rms: Option<[f64; 2]>,
         worst: String,
         worst_db_rms: f64,
     },
@@ -40,12 +40,31 @@ pub enum PanelWarning {
         asked = rounded(*asked)
     )]
     ControlIncoherent { lowest: f64, at_hz: f64, asked: f64 },
+    /// Two participants with one response.
+    #[error(
+        "{one} and {other} may be one person: their responses differ by a constant gain of {gain_db:.1} dB and by {residual_db:.2} dB rms of noise alone; \
+            check who was measured, and remove one of them"
+    )]
+    SameResponse {
+        one: String,
+        other: String,
+        gain_db: f64,
+        residual_db: f64,
+    },
     /// A panel that lacks measurements.
     #[error("{what}; {}", what.advice())]
     IncompletePanel {
         #[serde(flatten)]
         what: MissingMeasurements,
     },
+}
+
+/// The interval of the error for one new participant, or that it is withheld.
+pub(super) fn new_person_text(interval_db: Option<[f64; 2]>) -> String {
+    interval_db.map_or_else(
+        || "too few participants for an interval".into(),
+        |[low, high]| format!("95 % for one new participant: {low:.1} to {high:.1} dB"),
+    )
 }
 
 /// Which measurements a panel lacks.

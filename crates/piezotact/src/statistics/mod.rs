@@ -18,9 +18,7 @@ pub use levels::LevelSpread;
 pub use line::{Direction, LogFit, Trend, log_fit, trend};
 pub use moments::{correlation, mean, peak, rms, standard_deviation};
 pub use order::{median, vertex};
-pub use paired::{
-    PairedDifference, mean_interval, paired_difference, positive_mean_interval, sign_test,
-};
+pub use paired::{PairedDifference, mean_interval, paired_difference, sign_test};
 pub(crate) use permutation::{Draws, units_needed};
 pub use permutation::{
     Permuted, holm, permutation_test, permutation_test_within, sign_flip_test, smallest_p,

@@ -74,24 +74,6 @@ pub fn mean_interval(values: &[f64]) -> Option<[f64; 2]> {
     Some([mean - reach, mean + reach])
 }
 
-/// The 95 % confidence interval of the mean of `values` that are never below 0, such as rms values, in their unit; `None` for
-/// fewer than two.
-///
-/// Formula: the part of [`mean_interval`] from 0 on. A mean that is not below 0 is as often in this part as in the whole.
-///
-/// Source: Student (1908), Biometrika 6(1).
-///
-/// ```
-/// use piezotact::statistics::{mean_interval, positive_mean_interval};
-/// let values = [0.1, 0.2, 3.0];
-/// let high = mean_interval(&values).unwrap()[1];
-/// assert_eq!(positive_mean_interval(&values), Some([0.0, high]));
-/// ```
-#[must_use]
-pub fn positive_mean_interval(values: &[f64]) -> Option<[f64; 2]> {
-    mean_interval(values).map(|interval| interval.map(|end| end.max(0.0)))
-}
-
 /// The two-sided probability that, of pairs which rise or fall with equal chance, as many or more of one kind are found as
 /// among `differences`; those of zero do not count. `None` without a difference.
 ///

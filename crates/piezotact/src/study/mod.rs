@@ -26,7 +26,7 @@ pub use table::{EVENT_NAMES, cuts_table, events_table, strokes_table};
 pub use take::{AnalysedRecording, Label, Naming, Recorded, Stated, cut, label_by};
 
 use crate::checksum::Checksum;
-use crate::compare::{CommonLine, CompareWarning, Contrast, Mixed};
+use crate::compare::{CommonLine, CompareWarning, Contrast, Mixed, Named, plain_name};
 use crate::discrimination::Model;
 use crate::document::FailedFile;
 use crate::feature::{self, FeatureConfig, StrokeForces};
@@ -224,41 +224,34 @@ pub fn analyse_watched(
     })
 }
 
-/// Warns of samples whose names differ in capital letters, blanks or leading zeros alone: they are two samples, and may be meant as one.
+/// Warns of samples and participants whose names differ in capital letters, blanks or leading zeros alone: they count as two, and may be
+/// meant as one.
 fn names_alike(takes: &mut [AnalysedRecording]) {
-    let mut known: BTreeMap<String, String> = BTreeMap::new();
-    for take in takes {
-        let Some(name) = take.condition().sample.clone() else {
-            continue;
-        };
-        let first = known
-            .entry(plain_name(&name))
-            .or_insert_with(|| name.clone());
-        if *first != name {
-            let how = Mixed::NamesAlike {
-                one: first.clone(),
-                other: name,
+    for of in [Named::Sample, Named::Participant] {
+        let mut known: BTreeMap<String, String> = BTreeMap::new();
+        for take in takes.iter_mut() {
+            let condition = take.condition();
+            let name = match of {
+                Named::Sample => condition.sample.clone(),
+                Named::Participant => condition.participant.clone(),
             };
-            let warning = Warning::from(CompareWarning::Mixed { how });
-            take.recording.about.add_warnings([warning]);
+            let Some(name) = name else {
+                continue;
+            };
+            let first = known
+                .entry(plain_name(&name))
+                .or_insert_with(|| name.clone());
+            if *first != name {
+                let how = Mixed::NamesAlike {
+                    of,
+                    one: first.clone(),
+                    other: name,
+                };
+                let warning = Warning::from(CompareWarning::Mixed { how });
+                take.recording.about.add_warnings([warning]);
+            }
         }
     }
-}
-
-/// A name in small letters, without blanks and without zeros before a number.
-fn plain_name(name: &str) -> String {
-    let mut plain = String::new();
-    let mut digits = false;
-    let mut letters = name.chars().flat_map(char::to_lowercase).peekable();
-    while let Some(letter) = letters.next() {
-        let next_is_digit = letters.peek().is_some_and(char::is_ascii_digit);
-        let leads = letter == '0' && !digits && next_is_digit;
-        if !letter.is_whitespace() && !leads {
-            digits = letter.is_ascii_digit();
-            plain.push(letter);
-        }
-    }
-    plain
 }
 
 /// Whether all recordings are different: copies would count as repeats, whatever they are multiplied by and however late they begin.

@@ -1,5 +1,4 @@
-//! Several transfer functions of one kind: their spread, their average, and the penalty of the average for a new
-//! person.
+//! Several transfer functions of one kind: their spread and their average.
 
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
@@ -7,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::{TransferError, TransferFunction};
 use crate::quantity::{Band, Quantity};
 use crate::recording::Provenance;
-use crate::statistics::{mean, positive_mean_interval, standard_deviation};
+use crate::statistics::standard_deviation;
 
 /// The spread of transfer functions over a band, line by line in dB re 1 unit of `O` per `I`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -51,29 +50,6 @@ impl BundleAverage {
     }
 }
 
-/// The penalty of rendering with the average of the others for one person: the average compared with the person's own function.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-pub struct Penalty {
-    /// The rms over the lines of the band of the difference of the magnitudes, dB.
-    pub db_rms: f64,
-    /// The largest difference, dB.
-    pub db_max: f64,
-}
-
-/// The penalties of everybody, left out in turn.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-pub struct LeaveOneOut {
-    /// One for each transfer function, in their order.
-    pub penalties: Vec<Penalty>,
-    /// The mean of the rms penalties, dB.
-    pub mean_db_rms: f64,
-    /// Its 95 % confidence interval over people, dB; absent for fewer than two.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub interval_db_rms: Option<[f64; 2]>,
-}
-
 pub(super) fn same_lines<I: Quantity, O: Quantity>(
     functions: &[&TransferFunction<I, O>],
     least: usize,
@@ -102,53 +78,40 @@ pub(crate) fn level_db(h: Complex<f64>) -> f64 {
     20.0 * h.norm().max(f64::MIN_POSITIVE).log10()
 }
 
-/// The spread of `functions` within `band`: lowest, highest and standard deviation of the magnitudes of every line, in dB.
-///
-/// Formula: max over lines of max − min over functions of `20·log10|H|`.
-///
-/// Source: L. Felicetti's thesis (2024), section 5.1: the maximum deviation of a bundle of curves.
-///
-/// # Errors
-/// [`TransferError::Few`] for fewer than two, [`TransferError::OtherLines`] when their lines differ, [`TransferError::Empty`]
-/// when none lies in the band.
-pub fn bundle<I: Quantity, O: Quantity>(
-    functions: &[&TransferFunction<I, O>],
-    band: Band,
-) -> Result<Ensemble, TransferError> {
-    same_lines(functions, 2)?;
-    let mut bundle = Ensemble {
-        count: functions.len(),
-        frequencies_hz: Vec::new(),
-        lowest_db: Vec::new(),
-        highest_db: Vec::new(),
-        spread_db: Vec::new(),
-        max_deviation_db: 0.0,
-        max_deviation_at_hz: f64::NAN,
-    };
-    for (line, frequency_hz) in functions[0].lines_in(band) {
-        let levels: Vec<f64> = functions
-            .iter()
-            .map(|f| level_db(f.response[line]))
-            .collect();
-        let lowest = levels.iter().copied().fold(f64::INFINITY, f64::min);
-        let highest = levels.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        if highest - lowest > bundle.max_deviation_db || bundle.frequencies_hz.is_empty() {
-            bundle.max_deviation_db = highest - lowest;
-            bundle.max_deviation_at_hz = frequency_hz;
+impl Ensemble {
+    /// The spread of `curves`, levels in dB at `frequencies_hz`: lowest, highest and standard deviation at every line, in dB.
+    ///
+    /// Formula: max over lines of max − min over curves.
+    ///
+    /// Source: L. Felicetti's thesis (2024), section 5.1: the maximum deviation of a bundle of curves.
+    #[must_use]
+    pub fn of(frequencies_hz: &[f64], curves: &[&[f64]]) -> Self {
+        let mut bundle = Self {
+            count: curves.len(),
+            frequencies_hz: frequencies_hz.to_vec(),
+            lowest_db: Vec::new(),
+            highest_db: Vec::new(),
+            spread_db: Vec::new(),
+            max_deviation_db: 0.0,
+            max_deviation_at_hz: f64::NAN,
+        };
+        for (line, frequency_hz) in frequencies_hz.iter().enumerate() {
+            let levels: Vec<f64> = curves.iter().map(|curve| curve[line]).collect();
+            let lowest = levels.iter().copied().fold(f64::INFINITY, f64::min);
+            let highest = levels.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            if highest - lowest > bundle.max_deviation_db || line == 0 {
+                bundle.max_deviation_db = highest - lowest;
+                bundle.max_deviation_at_hz = *frequency_hz;
+            }
+            bundle.lowest_db.push(lowest);
+            bundle.highest_db.push(highest);
+            // The sample's, n − 1 in the denominator.
+            let n = levels.len() as f64;
+            let spread = standard_deviation(&levels) * (n / (n - 1.0)).sqrt();
+            bundle.spread_db.push(spread);
         }
-        bundle.frequencies_hz.push(frequency_hz);
-        bundle.lowest_db.push(lowest);
-        bundle.highest_db.push(highest);
-        // The sample's, n − 1 in the denominator.
-        let n = levels.len() as f64;
         bundle
-            .spread_db
-            .push(standard_deviation(&levels) * (n / (n - 1.0)).sqrt());
     }
-    if bundle.frequencies_hz.is_empty() {
-        return Err(TransferError::Empty { band });
-    }
-    Ok(bundle)
 }
 
 /// The average of `functions`, line by line, in units of `O` per `I`. The coherence is their mean, the number of averages
@@ -297,52 +260,6 @@ fn in_common<I: Quantity, O: Quantity>(
     common
 }
 
-/// The leave-one-out penalties within `band`, in dB: for each function, the average of the others compared with it.
-///
-/// Formula: over lines, `20·log10|H of the others' average| − 20·log10|own H|`: rms and largest magnitude.
-///
-/// Source: leave-one-out, as in T. Hastie, R. Tibshirani and J. Friedman, *The Elements of Statistical Learning*, 2nd
-/// ed., section 7.10.
-///
-/// # Errors
-/// Those of [`bundle`] and [`average`].
-pub fn leave_one_out<I: Quantity, O: Quantity>(
-    functions: &[&TransferFunction<I, O>],
-    averaging: BundleAverage,
-    band: Band,
-) -> Result<LeaveOneOut, TransferError> {
-    same_lines(functions, 2)?;
-    let mut penalties = Vec::with_capacity(functions.len());
-    for (i, own) in functions.iter().enumerate() {
-        let others: Vec<&TransferFunction<I, O>> = functions
-            .iter()
-            .enumerate()
-            .filter(|(j, _)| *j != i)
-            .map(|(_, f)| *f)
-            .collect();
-        let averaged = average(&others, averaging)?;
-        let differences: Vec<f64> = own
-            .lines_in(band)
-            .map(|(line, _)| level_db(averaged.response[line]) - level_db(own.response[line]))
-            .collect();
-        if differences.is_empty() {
-            return Err(TransferError::Empty { band });
-        }
-        penalties.push(Penalty {
-            db_rms: crate::statistics::rms(&differences),
-            db_max: differences
-                .iter()
-                .fold(0.0, |most: f64, d| most.max(d.abs())),
-        });
-    }
-    let rms: Vec<f64> = penalties.iter().map(|p| p.db_rms).collect();
-    Ok(LeaveOneOut {
-        mean_db_rms: mean(&rms),
-        interval_db_rms: positive_mean_interval(&rms),
-        penalties,
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -357,10 +274,6 @@ mod tests {
         H::from_lines(values.to_vec(), coherence, 10.0, rate, Estimator::H1, 20).unwrap()
     }
 
-    fn band() -> Band {
-        Band::new(Hertz(10.0), Hertz(40.0)).unwrap()
-    }
-
     fn flat(levels_db: [f64; 5], phase: f64) -> H {
         let line = |db: f64| Complex::from_polar(10f64.powf(db / 20.0), phase);
         function(&levels_db.map(line))
@@ -368,13 +281,8 @@ mod tests {
 
     #[test]
     fn a_bundle_has_its_widest_line() {
-        let (a, b, c) = (
-            flat([99.0, 0.0, 1.0, 2.0, 0.0], 0.0),
-            flat([0.0, 3.0, 1.0, -4.0, 0.0], 0.3),
-            flat([0.0, 0.0, 1.0, 0.0, 0.0], -0.3),
-        );
-        let bundle = bundle(&[&a, &b, &c], band()).unwrap();
-        assert_eq!(bundle.frequencies_hz, [10.0, 20.0, 30.0, 40.0]);
+        let curves: [&[f64]; 3] = [&[0.0, 1.0, 2.0], &[3.0, 1.0, -4.0], &[0.0, 1.0, 0.0]];
+        let bundle = Ensemble::of(&[10.0, 20.0, 30.0], &curves);
         assert!((bundle.max_deviation_db - 6.0).abs() < 1e-9);
         assert!((bundle.max_deviation_at_hz - 30.0).abs() < 1e-9);
         // Of 0, 3 and 0 dB.
@@ -454,36 +362,18 @@ mod tests {
     }
 
     #[test]
-    fn leaving_one_out_costs_what_it_differs() {
-        let (a, b, c) = (
-            flat([0.0; 5], 0.0),
-            flat([0.0; 5], 0.0),
-            flat([6.0; 5], 0.0),
-        );
-        let left = leave_one_out(&[&a, &b, &c], BundleAverage::LogMagnitude, band()).unwrap();
-        // The mean of 0 and 6 dB, and of 0 and 0.
-        let rms: Vec<f64> = left.penalties.iter().map(|p| p.db_rms).collect();
-        assert!((rms[0] - 3.0).abs() < 1e-9 && (rms[2] - 6.0).abs() < 1e-9);
-        assert!((left.mean_db_rms - 4.0).abs() < 1e-9);
-        let [low, high] = left.interval_db_rms.unwrap();
-        // t(0.975, 2) = 4.3027 times √3/√3; an rms has no value below 0.
-        assert!(low.abs() < 1e-12 && (high - (4.0 + 4.3027)).abs() < 1e-3);
-    }
-
-    #[test]
     fn what_does_not_fit_is_named() {
         let a = flat([0.0; 5], 0.0);
         let longer = function(&[Complex::from(1.0); 6]);
-        let few = bundle(&[&a], band()).unwrap_err().to_string();
-        assert!(few.contains("at least 2"), "{few}");
+        let log = BundleAverage::LogMagnitude;
+        let none: [&H; 0] = [];
         assert!(matches!(
-            bundle(&[&a, &longer], band()),
-            Err(TransferError::OtherLines { .. })
+            average(&none, log),
+            Err(TransferError::Few { .. })
         ));
-        let far = Band::new(Hertz(900.0), Hertz(950.0)).unwrap();
         assert!(matches!(
-            bundle(&[&a, &a], far),
-            Err(TransferError::Empty { .. })
+            average(&[&a, &longer], log),
+            Err(TransferError::OtherLines { .. })
         ));
     }
 }

@@ -201,9 +201,6 @@ pub enum TransferError {
         "cannot average transfer functions: one was excited over {one}, another over {other}; average them separately"
     )]
     Excited { one: Band, other: Band },
-    /// No line lies in the band.
-    #[error("no line of the transfer functions lies within {band}: widen the band")]
-    Empty { band: Band },
     /// A complex mean in which the transfer functions cancel.
     #[error(
         "the {count} transfer functions cancel in the mean: look for an inverted channel, or average the magnitudes"

@@ -11,7 +11,7 @@ use super::{GroupConfig, GroupCriterion, GroupError, LEVEL};
 use crate::eeg::cluster::{
     Cluster, ClusterConfig, ClusterTest, Grid, Tried, differences, people_for, test,
 };
-use crate::eeg::person::EegErd;
+use crate::eeg::person::{ChangeMap, EegErd};
 use crate::eeg::reference::Montage;
 use crate::eeg::{EegWarning, PositionsFault};
 
@@ -72,6 +72,9 @@ pub struct TaskClusters {
     pub clusters: Vec<ClusterPlace>,
     /// The probability of the one that is least probable, after Holm over the pairs of tasks; 1 without a cluster.
     pub p_holm: f64,
+    /// The larger of the probabilities of a cluster and of one of power itself, whatever the baselines, that overlaps it in the same
+    /// direction: of the least probable pair of clusters, after Holm over the pairs of tasks; 1 without such a pair.
+    pub power_p_holm: f64,
     /// What was decided.
     pub criteria: Vec<Criterion<GroupCriterion>>,
 }
@@ -106,21 +109,41 @@ pub(super) fn clusters(
             continue;
         };
         let result = test(&values, &grid, &settings)?;
-        found.push(described(
-            people,
-            &tasks,
-            &tested,
-            &grid,
-            &result,
-            pairs.len(),
-        ));
+        let described = described(people, &tasks, &tested, &grid, &result, pairs.len());
+        let power_p_holm = match result.clusters.iter().any(|one| one.p_value <= LEVEL) {
+            true => {
+                let [first, second] = &tested.levels;
+                let of_power = test(&differences(first, second)?, &grid, &settings)?;
+                with_power(&result.clusters, &of_power.clusters)
+            }
+            false => 1.0,
+        };
+        found.push(TaskClusters {
+            power_p_holm,
+            ..described
+        });
     }
     warnings.extend(few_people(&found));
-    let least: Vec<f64> = found.iter().map(|one| one.p_holm).collect();
-    for (one, p) in found.iter_mut().zip(holm(&least)) {
-        one.decide(p);
+    let of = |p: fn(&TaskClusters) -> f64| holm(&found.iter().map(p).collect::<Vec<_>>());
+    let (of_changes, of_power) = (of(|one| one.p_holm), of(|one| one.power_p_holm));
+    for ((one, p), with_power) in found.iter_mut().zip(of_changes).zip(of_power) {
+        one.decide(p, with_power);
     }
     Ok((found, warnings))
+}
+
+/// The larger probability of a cluster of changes and of one of power that share a node and a sign: of the least probable pair; 1 without one.
+fn with_power(changes: &[Cluster], power: &[Cluster]) -> f64 {
+    let overlaps = |one: &Cluster, other: &Cluster| {
+        let mut nodes = one.nodes.iter();
+        one.mass * other.mass > 0.0 && nodes.any(|node| other.nodes.binary_search(node).is_ok())
+    };
+    let pairs = changes
+        .iter()
+        .flat_map(|one| power.iter().map(move |other| (one, other)));
+    let pairs = pairs.filter(|(one, other)| overlaps(one, other));
+    let larger = pairs.map(|(one, other)| one.p_value.max(other.p_value));
+    larger.fold(1.0, f64::min)
 }
 
 /// A warning where the smallest possible p is above the level once it is adjusted over the pairs of tasks.
@@ -168,6 +191,8 @@ struct Tested {
     times: std::ops::Range<usize>,
     first: Vec<Vec<f64>>,
     second: Vec<Vec<f64>>,
+    /// The power itself in both tasks, dB re 1 µV².
+    levels: [Vec<Vec<f64>>; 2],
 }
 
 fn tested(people: &People<'_>, [a, b]: &[String; 2]) -> Tested {
@@ -185,6 +210,7 @@ fn tested(people: &People<'_>, [a, b]: &[String; 2]) -> Tested {
         times: times.clone(),
         first: Vec::new(),
         second: Vec::new(),
+        levels: Default::default(),
     };
     for participant in &people.participants {
         let (Some(first), Some(second)) = (people.get(participant, a), people.get(participant, b))
@@ -201,38 +227,46 @@ fn tested(people: &People<'_>, [a, b]: &[String; 2]) -> Tested {
             continue;
         }
         found.names.push(participant.clone());
-        found.first.push(mean_map(people, first, &common, &times));
-        found.second.push(mean_map(people, second, &common, &times));
+        let change = |_: &ChangeMap, _: usize| 0.0;
+        let level = |map: &ChangeMap, line: usize| map.baselines_db[line];
+        let mean = |document, of: &dyn Fn(&ChangeMap, usize) -> f64| {
+            mean_map(people, document, &common, &times, of)
+        };
+        found.first.push(mean(first, &change));
+        found.second.push(mean(second, &change));
+        found.levels[0].push(mean(first, &level));
+        found.levels[1].push(mean(second, &level));
     }
     found
 }
 
-/// The mean of the maps of `surfaces` at the common electrodes and at `times`, dB.
+/// The mean of the maps of `surfaces` at the common electrodes and at `times`, dB above what `of` gives of a map at an electrode and frequency.
 fn mean_map(
     people: &People<'_>,
     document: &EegErd,
     surfaces: &[&String],
     times: &std::ops::Range<usize>,
+    of: &dyn Fn(&ChangeMap, usize) -> f64,
 ) -> Vec<f64> {
     let (hz, all) = (
         document.config.power.frequencies_hz.len(),
         document.times_s.len(),
     );
-    let maps: Vec<&Vec<f64>> = document
+    let maps: Vec<&ChangeMap> = document
         .maps
         .iter()
         .filter(|map| surfaces.contains(&&map.surface))
-        .map(|map| &map.decibels)
         .collect();
     let mut values = Vec::with_capacity(people.channels.len() * hz * times.len());
     for name in &people.channels {
         let channel = document.channels.iter().position(|own| own == name);
-        let start = channel.unwrap_or_default() * hz * all;
-        for frequency in 0..hz {
+        let start = channel.unwrap_or_default() * hz;
+        for line in start..start + hz {
+            let above: f64 = maps.iter().map(|map| of(map, line)).sum();
             for time in times.clone() {
-                let at = start + frequency * all + time;
-                let sum: f64 = maps.iter().map(|map| map[at]).sum();
-                values.push(sum / maps.len() as f64);
+                let at = line * all + time;
+                let sum: f64 = maps.iter().map(|map| map.decibels[at]).sum();
+                values.push((sum + above) / maps.len() as f64);
             }
         }
     }
@@ -264,23 +298,41 @@ fn described(
         clusters: result.clusters.iter().take(LISTED).map(place).collect(),
         // Without a cluster every flip has one as large. Adjusted when all pairs are there.
         p_holm: least.fold(1.0, f64::min),
+        power_p_holm: 1.0,
         criteria: Vec::new(),
     }
 }
 
 impl TaskClusters {
-    /// Decides by the adjusted probability `p`.
-    fn decide(&mut self, p: f64) {
-        let what = GroupCriterion::Cluster {
-            tasks: self.tasks.clone(),
+    /// Decides by the adjusted probability `p` of a cluster, and that with one of power.
+    fn decide(&mut self, p: f64, with_power: f64) {
+        let tasks = self.tasks.clone();
+        let of_changes = GroupCriterion::Cluster {
+            tasks: tasks.clone(),
         };
-        let mut criterion = Criterion::new(what, "", p, None, Limit::at_most(LEVEL));
-        // A large p does not show that tasks are alike.
-        if criterion.outcome == Outcome::NotMet {
-            criterion.outcome = Outcome::NotDecided;
-        }
+        let all = [
+            (of_changes, p),
+            (GroupCriterion::ClusterOfPower { tasks }, with_power),
+        ];
+        let all = all.map(|(what, p)| Criterion::new(what, "", p, None, Limit::at_most(LEVEL)));
+        // A large p does not show that tasks are alike, nor a small one that they differ where their baselines may be all that does.
+        let met = all.iter().all(|one| one.outcome == Outcome::Met);
+        let decided = |mut one: Criterion<GroupCriterion>| {
+            let is_of_changes = matches!(one.what, GroupCriterion::Cluster { .. });
+            if one.outcome == Outcome::NotMet || is_of_changes && !met {
+                one.outcome = Outcome::NotDecided;
+            }
+            one
+        };
+        self.criteria = all.map(decided).to_vec();
         self.p_holm = p;
-        self.criteria = vec![criterion];
+        self.power_p_holm = with_power;
+    }
+
+    /// Whether changes have a cluster in which power itself does not differ: the baselines may carry it.
+    #[must_use]
+    pub fn may_be_of_baselines(&self) -> bool {
+        self.p_holm <= LEVEL && self.power_p_holm > LEVEL
     }
 }
 

@@ -6,7 +6,8 @@ use piezotact::statistics::holm;
 
 use super::people::{People, unequal};
 use super::{
-    ALL_SURFACES, Gradient, GroupConfig, GroupCriterion, LEVEL, TaskChanges, TaskContrast,
+    ALL_SURFACES, Gradient, GroupConfig, GroupCriterion, LEVEL, PersonChange, TaskChanges,
+    TaskContrast,
 };
 use crate::eeg::EegWarning;
 use crate::eeg::contrast::paired;
@@ -45,13 +46,16 @@ pub(super) fn contrasts(
             .filter(|i| (found[*i].surface == ALL_SURFACES) == of_mean)
             .filter(|i| found[*i].contrast.is_some())
             .collect();
-        let p = own
-            .iter()
-            .filter_map(|i| Some(found[*i].contrast?.difference.p_value));
-        let adjusted = holm(&p.collect::<Vec<_>>());
         let over = own.len();
-        for (i, p) in own.into_iter().zip(adjusted) {
+        let p = |of: fn(&TaskContrast) -> Option<f64>| {
+            // Without a number nothing is shown: 1.
+            let all = own.iter().map(|i| of(&found[*i]).unwrap_or(1.0));
+            holm(&all.collect::<Vec<_>>())
+        };
+        let (of_changes, of_windows) = (p(of_change), p(of_window));
+        for ((i, p), of_window) in own.into_iter().zip(of_changes).zip(of_windows) {
             found[i].p_holm = Some(p);
+            found[i].window_p_holm = found[i].window.map(|_| of_window);
             found[i].holm_over = over;
         }
     }
@@ -68,36 +72,56 @@ pub(super) fn contrasts(
     found
 }
 
+/// The probability of a difference of changes.
+fn of_change(one: &TaskContrast) -> Option<f64> {
+    Some(one.contrast?.difference.p_value)
+}
+
+/// The probability of a difference of power in the window in the direction of that of the changes, doubled; 1 in the other direction.
+fn of_window(one: &TaskContrast) -> Option<f64> {
+    let (change, window) = (one.contrast?.difference, one.window?.difference);
+    Some(match change.mean * window.mean > 0.0 {
+        true => window.p_value,
+        false => 1.0,
+    })
+}
+
 /// Whether two are of the same surface, region and band.
 fn is_beside(a: &TaskChanges, b: &TaskChanges) -> bool {
     (&a.surface, &a.region, &a.band) == (&b.surface, &b.region, &b.band)
 }
 
-/// The values of people who have both, with their names.
-fn both(first: &TaskChanges, second: &TaskChanges) -> (Vec<String>, Vec<f64>, Vec<f64>) {
-    let mut found = (Vec::new(), Vec::new(), Vec::new());
-    for one in &first.people {
+/// People who have both.
+fn both<'c>(first: &'c TaskChanges, second: &'c TaskChanges) -> Vec<[&'c PersonChange; 2]> {
+    let of = |one: &'c PersonChange| {
         let mut others = second.people.iter();
-        if let Some(other) = others.find(|other| other.participant == one.participant) {
-            found.0.push(one.participant.clone());
-            found.1.push(one.change);
-            found.2.push(other.change);
-        }
-    }
-    found
+        let other = others.find(|other| other.participant == one.participant)?;
+        Some([one, other])
+    };
+    first.people.iter().filter_map(of).collect()
 }
 
 fn contrast(first: &TaskChanges, second: &TaskChanges) -> TaskContrast {
-    let (people, a, b) = both(first, second);
+    let pairs = both(first, second);
+    let of = |value: fn(&PersonChange) -> f64| {
+        let [a, b] = [0, 1].map(|at| pairs.iter().map(|pair| value(pair[at])).collect::<Vec<_>>());
+        paired(&a, &b).ok()
+    };
     TaskContrast {
         tasks: [first.task.clone(), second.task.clone()],
         surface: first.surface.clone(),
         region: first.region.clone(),
         band: first.band.clone(),
-        people,
-        contrast: paired(&a, &b).ok(),
+        people: pairs
+            .iter()
+            .map(|pair| pair[0].participant.clone())
+            .collect(),
+        contrast: of(|one| one.change),
         p_holm: None,
         holm_over: 0,
+        baseline: of(|one| one.baseline_db),
+        window: of(|one| one.window_db),
+        window_p_holm: None,
         criteria: Vec::new(),
     }
 }
@@ -113,11 +137,23 @@ fn criteria(one: &TaskContrast, config: &GroupConfig) -> Vec<Criterion<GroupCrit
         Some(p) => Criterion::new(what, "", p, None, limit),
         None => Criterion::unmeasured(what, "", limit),
     };
+    let what = GroupCriterion::WindowDiffers {
+        tasks: tasks.clone(),
+        place: place.clone(),
+    };
+    let mut of_window = match one.window_p_holm {
+        Some(p) => Criterion::new(what, "", p, None, limit),
+        None => Criterion::unmeasured(what, "", limit),
+    };
     // A large p does not show that tasks are alike.
-    if differ.outcome == Outcome::NotMet {
+    if of_window.outcome == Outcome::NotMet {
+        of_window.outcome = Outcome::NotDecided;
+    }
+    // Nor does a small one show that they differ where their baselines may be all that does.
+    if differ.outcome == Outcome::NotMet || of_window.outcome != Outcome::Met {
         differ.outcome = Outcome::NotDecided;
     }
-    let mut all = vec![differ];
+    let mut all = vec![differ, of_window];
     if let Some(reach) = config.margin {
         let (limit, unit) = (Limit::Within { reach }, unit_of(config.unit));
         let what = GroupCriterion::Alike { tasks, place };

@@ -5,6 +5,7 @@ mod contrasts;
 mod error;
 mod page;
 mod people;
+mod power;
 mod scalp;
 
 use std::fmt;
@@ -22,6 +23,7 @@ use people::People;
 
 pub use clusters::{ClusterPlace, TaskClusters};
 pub use error::GroupError;
+pub use power::PowerLevel;
 pub use scalp::{Scalp, Shown};
 
 /// What the mean over all surfaces is called.
@@ -56,6 +58,10 @@ pub struct PersonChange {
     pub participant: String,
     /// The change in the unit.
     pub change: f64,
+    /// The power in the baseline, dB re 1 µV².
+    pub baseline_db: f64,
+    /// The power in the window, dB re 1 µV².
+    pub window_db: f64,
 }
 
 /// How many epochs there are in one task.
@@ -91,6 +97,10 @@ pub struct TaskChanges {
     /// Its 95 % interval; absent of one person.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub interval: Option<[f64; 2]>,
+    /// The power in the baseline.
+    pub baseline: PowerLevel,
+    /// The power in the window.
+    pub window: PowerLevel,
 }
 
 /// A contrast of two tasks of the same people.
@@ -115,6 +125,16 @@ pub struct TaskContrast {
     pub p_holm: Option<f64>,
     /// How many contrasts it is adjusted over.
     pub holm_over: usize,
+    /// The contrast of the power in the baseline, dB; absent as the contrast of changes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub baseline: Option<Contrast>,
+    /// The contrast of the power in the window, dB; absent as the contrast of changes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub window: Option<Contrast>,
+    /// The probability that the power in the window differs so much by chance in the direction in which the changes differ (doubled, 1 where it
+    /// differs in the other one), after Holm over the same contrasts.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub window_p_holm: Option<f64>,
     /// What was decided.
     pub criteria: Vec<Criterion<GroupCriterion>>,
 }
@@ -124,11 +144,19 @@ pub struct TaskContrast {
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum GroupCriterion {
-    /// Two tasks differ: the probability of the difference, after Holm.
+    /// Two tasks differ: the probability of the difference, after Holm; decided only where [`Self::WindowDiffers`] is met.
     Differ {
         /// The tasks.
         tasks: [String; 2],
         /// Where: surface, region and band.
+        place: String,
+    },
+    /// The power in the window differs by itself, in the direction of the changes: the probability, after Holm. Where it does not, the
+    /// baselines may carry the difference.
+    WindowDiffers {
+        /// The tasks.
+        tasks: [String; 2],
+        /// Where.
         place: String,
     },
     /// Two tasks are alike: their difference lies within the margin.
@@ -145,8 +173,15 @@ pub enum GroupCriterion {
         /// Where.
         place: String,
     },
-    /// Two tasks differ somewhere: the probability of the largest cluster, after Holm over the pairs of tasks.
+    /// Two tasks differ somewhere: the probability of the largest cluster, after Holm over the pairs of tasks; decided only where
+    /// [`Self::ClusterOfPower`] is met.
     Cluster {
+        /// The tasks.
+        tasks: [String; 2],
+    },
+    /// Power itself differs in a cluster of changes, in the same direction: the larger of the probabilities of both clusters, after Holm
+    /// over the pairs of tasks. Where it does not, the baselines may carry the cluster.
+    ClusterOfPower {
         /// The tasks.
         tasks: [String; 2],
     },
@@ -159,6 +194,13 @@ impl fmt::Display for GroupCriterion {
                 tasks: [a, b],
                 place,
             } => write!(f, "{a} and {b} differ, {place}: p after Holm"),
+            Self::WindowDiffers {
+                tasks: [a, b],
+                place,
+            } => write!(
+                f,
+                "{a} and {b} differ in the power in the window, in the same direction, {place}: p after Holm"
+            ),
             Self::Alike {
                 tasks: [a, b],
                 place,
@@ -171,6 +213,12 @@ impl fmt::Display for GroupCriterion {
                 write!(
                     f,
                     "{a} and {b} differ somewhere: p of the largest cluster, after Holm"
+                )
+            }
+            Self::ClusterOfPower { tasks: [a, b] } => {
+                write!(
+                    f,
+                    "{a} and {b} differ in power itself within a cluster, in the same direction: p after Holm"
                 )
             }
         }
@@ -206,6 +254,15 @@ impl TaskContrast {
         let mut all = self.criteria.iter();
         let own = all.find(|one| matches!(one.what, GroupCriterion::Differ { .. }));
         own.map_or(Outcome::NotDecided, |one| one.outcome)
+    }
+
+    /// Whether the changes differ while the power in the window is not told apart: the baselines may carry the difference.
+    #[must_use]
+    pub fn may_be_of_baselines(&self) -> bool {
+        let mut all = self.criteria.iter();
+        let of_window = all.find(|one| matches!(one.what, GroupCriterion::WindowDiffers { .. }));
+        self.p_holm.is_some_and(|p| p <= LEVEL)
+            && of_window.is_some_and(|one| one.outcome != Outcome::Met)
     }
 
     /// Whether the difference lies within the margin; absent where no margin was stated.
@@ -255,10 +312,10 @@ pub struct EegStats {
 
 impl Content for EegStats {
     const SCHEMA: &'static str = "eeg_stats";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
 
     fn outdated(version: u64, _: &Map<String, Value>) -> Option<String> {
-        (version < 2)
+        (version < 3)
             .then(|| "make it again with `piezotact eeg erd` and `piezotact eeg stats`".to_owned())
     }
 }
@@ -266,13 +323,15 @@ impl Content for EegStats {
 /// What differs between tasks over people, of one document for each person and task; changes in % or dB.
 ///
 /// Formula: contrasts are those of [`super::contrast::paired`], of each surface and of the mean over surfaces; probabilities are adjusted by
-/// Holm, means of surfaces and single surfaces apart. Two tasks differ where p ≤ 0.05; where not, it is not decided. Whether the 95 % interval
+/// Holm, means of surfaces and single surfaces apart. Two tasks differ where p ≤ 0.05, and p ≤ 0.05 for the power in the window by itself, in the
+/// same direction: both have to hold, as a change also differs where baselines alone do. Where not, it is not decided. Whether the 95 % interval
 /// lies within a margin that was stated is another question, answered beside it. Clusters are those of [`super::cluster::test`] on differences in
-/// dB, averaged over surfaces, after the baseline; the p of the largest one of each pair of tasks is adjusted by Holm over the pairs. A step of
+/// dB, averaged over surfaces, after the baseline; the p of the largest one of each pair of tasks is adjusted by Holm over the pairs; a cluster
+/// decides where power itself has one that overlaps it, in the same direction. A step of
 /// a claimed order holds where the contrast differs in its direction. Tasks stand in the claimed order, then by name; people and surfaces by name:
 /// the order of the documents changes nothing.
 ///
-/// Source: S. Holm (1979), Scand. J. Stat. 6(2); E. Maris and R. Oostenveld (2007), J. Neurosci. Methods 164; docs/decisions/eeg.md.
+/// Source: S. Holm (1979), Scand. J. Stat. 6(2); R. L. Berger (1982), Technometrics 24 (both tests have to hold); E. Maris and R. Oostenveld (2007), J. Neurosci. Methods 164; docs/decisions/eeg.md.
 ///
 /// # Errors
 /// [`GroupError`] for fewer than two documents, two documents of one person and task, documents of other settings, and a gradient of
@@ -327,5 +386,7 @@ fn check(config: &GroupConfig, people: &People<'_>) -> Result<(), GroupError> {
     Ok(())
 }
 
+#[cfg(test)]
+mod power_tests;
 #[cfg(test)]
 mod tests;

@@ -50,6 +50,9 @@ impl TaskContrast {
             (Outcome::Met, Some(Outcome::NotMet)) => "they differ, by more than the margin",
             (Outcome::Met, _) => "they differ",
             (_, Some(Outcome::Met)) => "alike within the margin",
+            _ if self.may_be_of_baselines() => {
+                "not decided, as the baselines may be all that differs"
+            }
             _ => "not decided",
         }
     }
@@ -152,6 +155,9 @@ impl TaskClusters {
         };
         let outcome = match self.outcome() {
             Outcome::Met => "they differ somewhere",
+            _ if self.may_be_of_baselines() => {
+                "not decided, as the baselines may be all that differs"
+            }
             _ => "not decided",
         };
         let largest = match self.clusters.first() {
@@ -254,13 +260,15 @@ impl EegStats {
                 format!(" (95 % {} to {})", plus(low, 1), plus(high, 1))
             });
             format!(
-                "{}, {}, {}, {}: {} {}{interval}, n = {}",
+                "{}, {}, {}, {}: {} {}{interval}, power in the baseline {}, in the window {} dB re 1 µV², n = {}",
                 one.task,
                 one.surface,
                 one.region,
                 one.band,
                 plus(one.mean, 1),
                 self.unit_label(),
+                one.baseline.text(),
+                one.window.text(),
                 one.people.len()
             )
         })
@@ -306,6 +314,14 @@ impl EegStats {
             Column::new("p, Holm", "p_holm"),
             Column::new("differ", "differ"),
             Column::new("within the margin", "within_margin"),
+            Column::new("power in the baseline, dB", "baseline_difference"),
+            Column::new("95 % from", "baseline_difference_low"),
+            Column::new("95 % to", "baseline_difference_high"),
+            Column::new("p", "baseline_p"),
+            Column::new("power in the window, dB", "window_difference"),
+            Column::new("95 % from", "window_difference_low"),
+            Column::new("95 % to", "window_difference_high"),
+            Column::new("p in the direction of the change, Holm", "window_p_holm"),
         ]);
         table.rows = self
             .contrasts
@@ -313,6 +329,8 @@ impl EegStats {
             .map(|one| {
                 let [a, b] = &one.tasks;
                 let found = one.contrast.as_ref();
+                let [baseline, window] =
+                    [one.baseline, one.window].map(|found| found.map(|one| one.difference));
                 let of = |value: &dyn Fn(&crate::eeg::contrast::Contrast) -> f64| {
                     Cell::from(found.map(value))
                 };
@@ -332,6 +350,14 @@ impl EegStats {
                     Cell::from(one.p_holm),
                     Cell::from(one.outcome().answer()),
                     Cell::from(one.within_margin().map_or("no margin", Outcome::answer)),
+                    Cell::from(baseline.map(|found| found.mean)),
+                    Cell::from(baseline.map(|found| found.interval[0])),
+                    Cell::from(baseline.map(|found| found.interval[1])),
+                    Cell::from(baseline.map(|found| found.p_value)),
+                    Cell::from(window.map(|found| found.mean)),
+                    Cell::from(window.map(|found| found.interval[0])),
+                    Cell::from(window.map(|found| found.interval[1])),
+                    Cell::from(one.window_p_holm),
                 ]
             })
             .collect();
@@ -398,6 +424,8 @@ impl EegStats {
             Column::new("region", "region"),
             Column::new("band", "band"),
             Column::new(&format!("ERD/ERS, {}", self.unit_label()), "change"),
+            Column::new("baseline, dB re 1 µV²", "baseline_db"),
+            Column::new("window, dB re 1 µV²", "window_db"),
         ]);
         for changes in &self.changes {
             for one in &changes.people {
@@ -408,6 +436,8 @@ impl EegStats {
                     Cell::from(changes.region.as_str()),
                     Cell::from(changes.band.as_str()),
                     Cell::from(one.change),
+                    Cell::from(one.baseline_db),
+                    Cell::from(one.window_db),
                 ]);
             }
         }
@@ -593,7 +623,8 @@ impl EegStats {
     fn rules() -> String {
         format!(
             "Two tasks differ where p ≤ {LEVEL} after Holm's adjustment (means of surfaces, single surfaces and pairs of tasks in cluster tests, each \
-             among themselves). A larger p decides nothing. Tasks are alike within a margin that was stated where the 95 % interval lies within it; \
+             among themselves), of the changes and, in the same direction, of the power in the window by itself: where baselines alone differ, nothing is \
+             decided. A larger p decides nothing. Tasks are alike within a margin that was stated where the 95 % interval lies within it; \
              they may differ and be alike within the margin. An order holds where each of its steps differs in its direction."
         )
     }
@@ -617,6 +648,8 @@ impl page::Shown for EegStats {
             (self.clusters.iter())
                 .map(|one| Block::conclusion(one.short_sentence(), one.outcome())),
         );
+        let of_baselines = self.baseline_sentences().into_iter();
+        first.extend(of_baselines.map(|text| Block::conclusion(text, None)));
         let withheld = self.withheld_sentence();
         first.extend(withheld.map(|text| Block::conclusion(text, None)));
         first.push(Block::numbers(self.numbers()));
@@ -642,6 +675,7 @@ impl page::Shown for EegStats {
             .section("Tasks and surfaces", people)
             .section("Means", self.task_sentences().into_iter().map(Block::text))
             .section("Contrasts", contrasts)
+            .section("Power", self.power_blocks())
             .section("Clusters", self.cluster_blocks())
             .section("Scalp", self.scalp_figures())
             .section("Criteria", [Block::Table(Table::of_criteria(criteria))])

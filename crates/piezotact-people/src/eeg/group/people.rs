@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use piezotact::Warning;
 use piezotact::statistics::{correlation, mean, mean_interval};
 
-use super::{ALL_SURFACES, GroupError, PersonChange, TaskChanges, TaskEpochs};
+use super::{ALL_SURFACES, GroupError, PersonChange, PowerLevel, TaskChanges, TaskEpochs};
 use crate::eeg::erd::{Mode, Order};
 use crate::eeg::person::{Change, EegErd, Electrode};
 use crate::eeg::{Bias, EegWarning, EpochsFault, NotCommon};
@@ -73,10 +73,11 @@ impl<'a> People<'a> {
         for document in &documents {
             let hz = document.config.power.frequencies_hz.len();
             let expected = document.channels.len() * hz * document.times_s.len();
+            let lines = document.channels.len() * hz;
             let broken = document
                 .maps
                 .iter()
-                .find(|map| map.decibels.len() != expected);
+                .find(|map| map.decibels.len() != expected || map.baselines_db.len() != lines);
             if let Some(map) = broken {
                 return Err(GroupError::Map {
                     file: document.file.clone(),
@@ -138,13 +139,18 @@ impl<'a> People<'a> {
                     for task in &self.tasks {
                         let people = self.participants.iter().filter_map(|participant| {
                             let document = self.get(participant, task)?;
-                            let found = self.of_document(&document.regions, unit, |change| {
-                                change.place == region.name && change.band == band.name
-                            });
-                            let own = found.iter().find(|(name, _)| *name == surface);
+                            let own = |value: &dyn Fn(&Change) -> f64| {
+                                let found = self.of_document(&document.regions, value, |change| {
+                                    change.place == region.name && change.band == band.name
+                                });
+                                let mut own = found.into_iter();
+                                own.find(|(name, _)| *name == surface).map(|(_, own)| own)
+                            };
                             Some(PersonChange {
                                 participant: participant.clone(),
-                                change: own?.1,
+                                change: own(&|change| change.value(unit))?,
+                                baseline_db: own(&Change::baseline_db)?,
+                                window_db: own(&Change::window_db)?,
                             })
                         });
                         let people: Vec<PersonChange> = people.collect();
@@ -158,17 +164,13 @@ impl<'a> People<'a> {
         all
     }
 
-    /// The chosen changes of a document by surface, and their mean where it has all surfaces.
+    /// What `value` gives of the chosen changes of a document by surface, and the mean where it has all surfaces.
     pub(super) fn of_document(
         &self,
         changes: &[Change],
-        unit: Mode,
+        value: &dyn Fn(&Change) -> f64,
         chosen: impl Fn(&Change) -> bool,
     ) -> Vec<(String, f64)> {
-        let value = |change: &Change| match unit {
-            Mode::Percent => change.percent,
-            Mode::Decibels => change.decibels,
-        };
         let own = changes.iter().filter(|change| chosen(change));
         let mut found: Vec<(String, f64)> = own
             .map(|change| (change.surface.clone(), value(change)))
@@ -435,7 +437,13 @@ fn of_task(
     people: Vec<PersonChange>,
 ) -> TaskChanges {
     let values: Vec<f64> = people.iter().map(|one| one.change).collect();
+    let level = |of: &dyn Fn(&PersonChange) -> f64| {
+        let levels: Vec<f64> = people.iter().map(of).collect();
+        PowerLevel::of(&levels)
+    };
     TaskChanges {
+        baseline: level(&|one| one.baseline_db),
+        window: level(&|one| one.window_db),
         task: task.to_owned(),
         surface: surface.to_owned(),
         region: region.to_owned(),

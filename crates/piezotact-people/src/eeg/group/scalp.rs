@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::people::People;
 use crate::eeg::erd::Mode;
+use crate::eeg::person::Change;
 
 /// What a scalp map is of.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -83,7 +84,8 @@ fn of_person(
         return None;
     }
     let at = |name: &String| {
-        let found = people.of_document(&document.electrodes, unit, |change| {
+        let value = |change: &Change| change.value(unit);
+        let found = people.of_document(&document.electrodes, &value, |change| {
             change.band == band && change.place == *name
         });
         let own = found.into_iter().find(|(of, _)| *of == surface);

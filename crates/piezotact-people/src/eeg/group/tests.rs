@@ -15,6 +15,15 @@ use piezotact::quantity::{Band, Hertz, SampleRate};
 
 const CHANNELS: [&str; 9] = ["C3", "C1", "Cz", "C2", "C4", "FC3", "FC4", "CP3", "CP4"];
 
+/// The power in the baseline of all people.
+const BASELINE_V2: f64 = 1e-10;
+
+/// Sets the change of `change`, %, at the same power in the baseline.
+fn set(change: &mut Change, percent: f64) {
+    change.percent = percent;
+    change.window_power_v2 = BASELINE_V2 * (1.0 + percent / 100.0);
+}
+
 /// The document of a person whose alpha falls by `percent` in the window at C3 and its neighbours.
 fn document(participant: usize, task: &str, percent: f64) -> EegErd {
     let names: Vec<String> = CHANNELS.map(String::from).to_vec();
@@ -30,6 +39,8 @@ fn document(participant: usize, task: &str, percent: f64) -> EegErd {
             place: place.into(),
             percent,
             decibels: 10.0 * (1.0 + percent / 100.0).log10(),
+            baseline_power_v2: BASELINE_V2,
+            window_power_v2: BASELINE_V2 * (1.0 + percent / 100.0),
             bias_points: 0.1,
             epochs: 40,
         }
@@ -57,6 +68,7 @@ fn document(participant: usize, task: &str, percent: f64) -> EegErd {
         ChangeMap {
             surface: surface.clone(),
             decibels,
+            baselines_db: vec![20.0; names.len() * hz.len()],
         }
     };
     EegErd {
@@ -229,7 +241,7 @@ fn a_margin_shows_that_tasks_are_alike() {
     // Two tasks that differ by a scatter of 0.4 points alone.
     for (i, document) in documents.iter_mut().enumerate() {
         for change in &mut document.regions {
-            change.percent = -40.0 + 0.4 * ((i / 3) as f64).sin();
+            set(change, -40.0 + 0.4 * ((i / 3) as f64).sin());
         }
     }
     let of = |margin| {
@@ -252,7 +264,8 @@ fn a_margin_shows_that_tasks_are_alike() {
     for (i, document) in documents.iter_mut().enumerate() {
         let is_imagery = document.subject.task == "imagery";
         for change in &mut document.regions {
-            change.percent += f64::from(u8::from(is_imagery)) + 0.3 * (1.7 * i as f64).sin();
+            let more = f64::from(u8::from(is_imagery)) + 0.3 * (1.7 * i as f64).sin();
+            set(change, change.percent + more);
         }
     }
     let of = |margin| {
@@ -317,11 +330,12 @@ fn a_step_of_a_gradient_is_as_certain_as_its_contrast() {
         let person = (i / 3) as f64;
         let scatter = 4.0 * (2.3 * person).sin();
         for change in &mut document.regions {
-            change.percent = match document.subject.task.as_str() {
+            let percent = match document.subject.task.as_str() {
                 "control" => -40.0,
                 "imagery" => -37.9 + scatter,
                 _ => -37.2 - 0.9 * scatter,
             };
+            set(change, percent);
         }
     }
     let found = compare(&all, &config()).unwrap();
@@ -464,6 +478,8 @@ fn who_and_what_is_left_out_is_said() {
     document.electrodes.retain(|change| change.place != "Cz");
     for map in &mut document.maps {
         map.decibels.drain(2 * each..3 * each);
+        let hz = document.config.power.frequencies_hz.len();
+        map.baselines_db.drain(2 * hz..3 * hz);
     }
     let found = compare(&all, &config()).unwrap();
     let codes: Vec<String> = found.warnings.iter().map(code_and_cause).collect();
@@ -581,11 +597,12 @@ fn a_rescaled_recording_and_a_difference_without_scatter_are_said() {
     for (person, group) in more.chunks_mut(3).enumerate() {
         for document in group {
             for change in &mut document.regions {
-                change.percent = match document.subject.task.as_str() {
+                let percent = match document.subject.task.as_str() {
                     "control" => -50.0,
                     "imagery" => -40.0 + 0.1 * (person as f64).sin(),
                     _ => -30.0 + 0.1 * (2.0 * person as f64).cos(),
                 };
+                set(change, percent);
             }
         }
     }

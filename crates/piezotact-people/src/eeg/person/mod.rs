@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use super::epochs::{CutConfig, Epochs};
-use super::erd::{BIAS_POINTS, Changes, Erd, ErdConfig, ErdMap, Mode, Order, changes};
+use super::erd::{BIAS_POINTS, Changes, Erd, ErdConfig, Mode, Order, changes, level_db};
 use super::filter::Pass;
 use super::prepare::{EpochCounts, PrepareConfig, Prepared};
 use super::reference::Montage;
@@ -167,10 +167,34 @@ pub struct Change {
     pub percent: f64,
     /// The same of averaged power, dB.
     pub decibels: f64,
+    /// The mean power in the baseline, V²; of a region the geometric mean over its electrodes.
+    pub baseline_power_v2: f64,
+    /// The mean power in the window, V²; of a region the geometric mean over its electrodes.
+    pub window_power_v2: f64,
     /// The bias of the percentage at no change, estimated, percentage points.
     pub bias_points: f64,
     /// How many epochs it is of.
     pub epochs: usize,
+}
+
+impl Change {
+    /// The change in `unit`.
+    pub(in crate::eeg) fn value(&self, unit: Mode) -> f64 {
+        match unit {
+            Mode::Percent => self.percent,
+            Mode::Decibels => self.decibels,
+        }
+    }
+
+    /// The power in the baseline, dB re 1 µV².
+    pub(in crate::eeg) fn baseline_db(&self) -> f64 {
+        level_db(self.baseline_power_v2)
+    }
+
+    /// The power in the window, dB re 1 µV².
+    pub(in crate::eeg) fn window_db(&self) -> f64 {
+        level_db(self.window_power_v2)
+    }
 }
 
 /// How far the wavelets of a band smear.
@@ -191,6 +215,8 @@ pub struct ChangeMap {
     pub surface: String,
     /// Channels × frequencies × times, dB.
     pub decibels: Vec<f64>,
+    /// The power in the baseline that they are relative to, channels × frequencies, dB re 1 µV².
+    pub baselines_db: Vec<f64>,
 }
 
 /// An electrode with its position.
@@ -243,13 +269,14 @@ pub struct EegErd {
 
 impl Content for EegErd {
     const SCHEMA: &'static str = "eeg_erd";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
 
-    /// The first version also held what independent components, multitapers and current source densities gave.
+    /// The first version also held what independent components, multitapers and current source densities gave; the second no power of
+    /// baseline and window.
     fn outdated(version: u64, fields: &Map<String, Value>) -> Option<String> {
         let again = "make it again with `piezotact eeg erd`";
         let in_mne = "clean the recording with MNE (docs/guide/mne.md), export it, and make the document again with `piezotact eeg erd`";
-        (version < 2).then(|| match fields.contains_key("eye_components") {
+        (version < 3).then(|| match fields.contains_key("eye_components") {
             true => format!(
                 "eye movements were taken out by independent components, which is now done in MNE; {in_mne}"
             ),
@@ -367,7 +394,7 @@ pub fn person(
             found.warnings.extend(erd.warnings.iter().cloned());
         }
         found.warnings.extend(bursts(&measured, own.count()));
-        found.add_map(&plan, measured.map, surface);
+        found.add_map(&plan, measured, surface);
     }
     let all = std::mem::take(&mut found.warnings);
     let once: Warnings = all.into_iter().chain(found.ratio_bias()).collect();
@@ -513,6 +540,8 @@ fn at_electrodes(erd: &Erd, surface: &str, band: &NamedBand) -> Vec<Change> {
         place: channel.channel.clone(),
         percent: channel.change,
         decibels: 10.0 * (channel.window_power / channel.baseline_power).log10(),
+        baseline_power_v2: channel.baseline_power,
+        window_power_v2: channel.window_power,
         bias_points: channel.bias_points,
         epochs: erd.epochs,
     });
@@ -536,6 +565,9 @@ fn in_region(region: &Region, changes: &[Change]) -> Change {
         place: region.name.clone(),
         percent: mean(&|change| change.percent),
         decibels: mean(&|change| change.decibels),
+        // So that their ratio is the change in dB.
+        baseline_power_v2: mean(&|change| change.baseline_power_v2.ln()).exp(),
+        window_power_v2: mean(&|change| change.window_power_v2.ln()).exp(),
         bias_points: mean(&|change| change.bias_points),
         epochs: changes.first().map_or(0, |change| change.epochs),
     }
@@ -563,7 +595,8 @@ impl EegErd {
     }
 
     /// Adds the map of one surface, at the times that the ends of epochs do not touch at any frequency.
-    fn add_map(&mut self, plan: &TfrPlan, found: ErdMap, surface: &str) {
+    fn add_map(&mut self, plan: &TfrPlan, measured: Changes, surface: &str) {
+        let found = measured.map;
         self.warnings.extend(found.warnings);
         let reach_s = 2.0 * plan.smears_s().iter().copied().fold(0.0, f64::max);
         let [first_s, last_s] = found.power.extent_s;
@@ -574,9 +607,10 @@ impl EegErd {
         self.maps.push(ChangeMap {
             surface: surface.to_owned(),
             decibels: lines.flat_map(|line| line[free.clone()].to_vec()).collect(),
+            baselines_db: measured.baselines_db,
         });
     }
 }
 
 #[cfg(test)]
-mod tests;
+pub(in crate::eeg) mod tests;

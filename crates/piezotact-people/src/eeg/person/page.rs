@@ -1,7 +1,7 @@
 //! The desynchronisation of a person in sentences, tables and a report.
 
 use piezotact::figure::{Figure, Maps};
-use piezotact::number::{counted, plus, rounded};
+use piezotact::number::{counted, digits, plus, rounded};
 use piezotact::page::{Block, Cell, Column, Number, Page, Shown, Table};
 
 use super::{Change, EegErd, NamedBand, PersonConfig, head_map, time_frequency_panel};
@@ -117,12 +117,14 @@ impl EegErd {
             Order::PercentOfEachEpoch => "percentage of each epoch: biased",
         };
         format!(
-            "{}, {}, {}: {} % ({} dB) re {} ({order}), {}",
+            "{}, {}, {}: {} % ({} dB, from {} to {} µV²) re {} ({order}), {}",
             change.surface,
             change.place,
             self.band(&change.band),
             plus(change.percent, 1),
             plus(change.decibels, 2),
+            digits(1e12 * change.baseline_power_v2),
+            digits(1e12 * change.window_power_v2),
             span_text(self.config.baseline_s),
             counted(change.epochs, "epoch")
         )
@@ -177,6 +179,8 @@ impl EegErd {
             Column::new("place", "place"),
             Column::new("ERD (−) or ERS (+), %", "percent"),
             Column::new("dB", "decibels"),
+            Column::new("power in the baseline, µV²", "baseline_power_uv2"),
+            Column::new("in the window, µV²", "window_power_uv2"),
             Column::new("bias, points", "bias_points"),
             Column::new("epochs", "epochs"),
             Column::new("baseline from, s", "baseline_from_s"),
@@ -200,6 +204,8 @@ impl EegErd {
                     Cell::from(change.place.as_str()),
                     Cell::from(change.percent),
                     Cell::from(change.decibels),
+                    Cell::from(1e12 * change.baseline_power_v2),
+                    Cell::from(1e12 * change.window_power_v2),
                     Cell::from(change.bias_points),
                     Cell::Text(change.epochs.to_string()),
                     Cell::from(self.config.baseline_s[0]),

@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 
 /// Epochs with 10 Hz of random phase and amplitude in noise; its power falls to a quarter after the marker at C3.
-pub(super) fn prepared(channels: &[&str], epochs: usize, seed: u64) -> Prepared {
+pub(in crate::eeg) fn prepared(channels: &[&str], epochs: usize, seed: u64) -> Prepared {
     let rate = SampleRate::new(128.0).unwrap();
     let (first_s, samples) = (-2.0, 448);
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -65,7 +65,7 @@ pub(super) fn prepared(channels: &[&str], epochs: usize, seed: u64) -> Prepared 
     }
 }
 
-pub(super) fn config(order: Order) -> PersonConfig {
+pub(in crate::eeg) fn config(order: Order) -> PersonConfig {
     let frequencies_hz: Vec<f64> = (6..=14).map(f64::from).collect();
     PersonConfig {
         power: TfrConfig {

@@ -1,0 +1,183 @@
+//! Tasks whose baselines, windows or both differ: own EEG, whose power is known at every time.
+
+use super::*;
+use crate::eeg::epochs::Epochs;
+use crate::eeg::erd::Order;
+use crate::eeg::person::tests::{config as of_person, prepared};
+use crate::eeg::person::{Positions, person};
+use crate::eeg::prepare::Prepared;
+use crate::eeg::source::Subject;
+use piezotact::page::Shown as _;
+use piezotact::statistics::random::Random;
+
+const CHANNELS: [&str; 3] = ["C3", "Cz", "C4"];
+const EPOCHS: usize = 14;
+const PEOPLE: u64 = 10;
+
+/// Epochs of alpha whose level over the time from the marker is `level_db`, in noise; the same generator of chance for one `seed`.
+fn epochs(level_db: &dyn Fn(f64) -> f64, seed: u64) -> Prepared {
+    let made = prepared(&CHANNELS, EPOCHS, seed);
+    let (own, mut random) = (&made.epochs, Random::stream(seed, 0, "own EEG"));
+    let mut volts = Vec::new();
+    for _ in 0..CHANNELS.len() * EPOCHS {
+        let (mut re, mut im) = (0.0, 0.0);
+        for sample in 0..own.samples() + 200 {
+            // An amplitude that wanders over about 0.3 s, settled before the epoch begins.
+            re = 0.975 * re + 0.22 * random.normal();
+            im = 0.975 * im + 0.22 * random.normal();
+            let noise = random.normal();
+            if let Some(at) = sample.checked_sub(200) {
+                let t = own.time_s(at);
+                let gain = 10f64.powf(level_db(t) / 20.0);
+                let phase = std::f64::consts::TAU * 10.0 * t;
+                volts.push(
+                    1e-5 * gain * (re * phase.cos() - im * phase.sin()) + 1e-6 * gain * noise,
+                );
+            }
+        }
+    }
+    let names = own.channels().to_vec();
+    let conditions = own.conditions().to_vec();
+    let epochs = Epochs::new(names, conditions, own.rate(), own.first_s(), volts).unwrap();
+    Prepared { epochs, ..made }
+}
+
+/// The level over time of one task, dB.
+type Level = fn(f64) -> f64;
+
+fn flat(_: f64) -> f64 {
+    0.0
+}
+
+/// A study of ten people in two tasks, whose levels scatter by 4 dB over people, and by `own_db` in each baseline and window.
+fn study(levels: [Level; 2], own_db: f64, seed: u64) -> Vec<EegErd> {
+    let mut documents = Vec::new();
+    for who in 0..PEOPLE {
+        let mut random = Random::stream(seed, who, "people");
+        let of_person_db = 4.0 * random.normal();
+        for (task, level) in ["control", "natural"].into_iter().zip(levels) {
+            let [before, after] = [0, 1].map(|_| own_db * random.normal());
+            let at = |t: f64| of_person_db + level(t) + if t < -0.1 { before } else { after };
+            let number = 1000 * seed + 2 * who + u64::from(task == "natural");
+            let subject = Subject {
+                participant: format!("P{who:02}"),
+                task: task.into(),
+            };
+            let config = of_person(Order::PowerFirst);
+            let name = subject.to_string();
+            let prepared = epochs(&at, number);
+            documents
+                .push(person(&name, &subject, &prepared, &Positions::OfNames, &config).unwrap());
+        }
+    }
+    documents
+}
+
+fn compared(documents: &[EegErd], unit: Mode) -> EegStats {
+    let config = GroupConfig {
+        unit,
+        gradient: ["control", "natural"].map(String::from).to_vec(),
+        margin: None,
+        neighbours_deg: 35.0,
+        flips: 512,
+        seed: 1,
+    };
+    compare(documents, &config).unwrap()
+}
+
+/// How often in the contrasts of a study the changes differ, and how often this is decided.
+fn counts(found: &EegStats) -> [usize; 2] {
+    let differ = |one: &&TaskContrast| one.p_holm.unwrap() <= LEVEL;
+    let decided = |one: &&TaskContrast| one.outcome() == Outcome::Met;
+    [
+        found.contrasts.iter().filter(differ).count(),
+        found.contrasts.iter().filter(decided).count(),
+    ]
+}
+
+#[test]
+fn a_difference_of_baselines_alone_is_not_decided() {
+    let of_natural: [(&str, Level); 4] = [
+        ("above", |t| if t < -0.1 { 3.0 } else { 0.0 }),
+        ("below", |t| if t < -0.1 { -3.0 } else { 0.0 }),
+        // Ramps that end where the window begins.
+        ("falling", |t| 4.0 * (-t).clamp(0.0, 2.0)),
+        ("rising", |t| -4.0 * (-t).clamp(0.0, 2.0)),
+    ];
+    for (name, level) in of_natural {
+        let documents = study([flat, level], 0.4, 3);
+        for unit in [Mode::Percent, Mode::Decibels] {
+            let found = compared(&documents, unit);
+            assert_eq!(counts(&found), [2, 0], "{name}");
+            for contrast in &found.contrasts {
+                assert!(contrast.may_be_of_baselines(), "{name}");
+                assert!(contrast.baseline.unwrap().difference.p_value < 0.001);
+                assert!(contrast.window_p_holm.unwrap() > LEVEL, "{name}");
+                let first = &contrast.criteria[0];
+                assert_eq!(first.outcome, Outcome::NotDecided);
+            }
+            // Nor has an order of tasks, or a cluster.
+            let gradient = &found.gradients[0];
+            assert_eq!(gradient.outcome(), Outcome::NotDecided, "{name}");
+            let clusters = &found.clusters[0];
+            assert!(clusters.p_holm <= LEVEL, "{name}: {}", clusters.p_holm);
+            assert_eq!(clusters.outcome(), Outcome::NotDecided, "{name}");
+            let page = format!("{:?}", found.page());
+            assert!(page.contains("the baselines may be all that differs"));
+        }
+    }
+}
+
+#[test]
+fn a_difference_of_windows_holds_as_often_as_before() {
+    let lower: Level = |t| if t < -0.1 { 0.0 } else { -2.8 };
+    let mut sums = [0; 2];
+    let mut clusters = 0;
+    for seed in 20..30 {
+        let found = compared(&study([lower, flat], 1.0, seed), Mode::Percent);
+        for (sum, count) in sums.iter_mut().zip(counts(&found)) {
+            *sum += count;
+        }
+        let one = &found.clusters[0];
+        clusters += i32::from(one.outcome() == Outcome::Met) - i32::from(one.p_holm <= LEVEL);
+    }
+    // Nine in ten of those that differed without looking at the power.
+    assert!(sums[0] >= 10 && 10 * sums[1] >= 9 * sums[0], "{sums:?}");
+    assert!(clusters >= -1, "{clusters}");
+}
+
+#[test]
+fn tasks_that_are_alike_seldom_differ() {
+    let mut sums = [0; 2];
+    for seed in 40..52 {
+        let found = compared(&study([flat, flat], 1.0, seed), Mode::Percent);
+        for (sum, count) in sums.iter_mut().zip(counts(&found)) {
+            *sum += count;
+        }
+        assert!(
+            found.clusters[0].outcome() == Outcome::NotDecided || found.clusters[0].p_holm <= LEVEL
+        );
+    }
+    // Of 24 contrasts: at 5 % more than 4 have a probability below 1 %.
+    assert!(sums[0] <= 4 && sums[1] <= sums[0], "{sums:?}");
+}
+
+#[test]
+fn power_stands_beside_the_changes() {
+    let documents = study([flat, flat], 0.4, 60);
+    let change = &documents[0].regions[0];
+    let ratio = change.window_power_v2 / change.baseline_power_v2;
+    assert!((10.0 * ratio.log10() - change.decibels).abs() < 1e-9);
+    let found = compared(&documents, Mode::Decibels);
+    let own = &found.changes[0];
+    let levels: Vec<f64> = own.people.iter().map(|one| one.baseline_db).collect();
+    assert_eq!(own.baseline, PowerLevel::of(&levels));
+    // People were made to differ by 4 dB.
+    assert!((2.0..7.0).contains(&own.baseline.sd_db.unwrap()));
+    // A contrast of changes in dB is that of the windows less that of the baselines.
+    for one in &found.contrasts {
+        let of = |found: Option<Contrast>| found.unwrap().difference.mean;
+        let difference = of(one.window) - of(one.baseline);
+        assert!((of(one.contrast) - difference).abs() < 1e-9);
+    }
+}
