@@ -333,6 +333,8 @@ fn warnings(
     let confused = pairs.iter().filter(|p| p.outcome == PairOutcome::Confused);
     let confused = confused.count();
     let share = expected_share(table.declared(), selected, StimulusKind::All);
+    let some_guess = share.as_ref().and_then(|share| share.guessing);
+    found.extend(some_guess.map(|guessing| AssociationWarning::SomeGuess { guessing }));
     let guessed = share.is_some_and(|share| {
         share.criterion.interval.is_some() && share.criterion.outcome != Outcome::Met
     });

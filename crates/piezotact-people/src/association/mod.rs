@@ -7,11 +7,13 @@ mod answer;
 mod asked;
 mod behaviour;
 mod compared;
+mod conclusions;
 mod confused;
 mod document;
 mod error;
 mod expected;
 mod felt;
+mod guessing;
 mod matrix;
 mod of_session;
 mod order;
@@ -36,6 +38,7 @@ pub use felt::{
     Felt, FeltComparison, FeltCriterion, FeltPair, FeltRecording, FeltSpectrum, FeltUnknown,
     FeltWarning, Separates, felt_pairs, felt_part, felt_samples,
 };
+pub use guessing::Guessing;
 pub use matrix::{
     AssociationMatrix, Cell, FlaggedTrials, MatrixConfig, Row, Selection, association_matrix,
 };
