@@ -18,7 +18,7 @@ use crate::difference::{
 };
 
 /// Divisions that are drawn where there are too many to try all.
-const DRAWS: usize = 99_999;
+const DRAWS: usize = 19_999;
 
 /// Two shares of answers and their difference, over people.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

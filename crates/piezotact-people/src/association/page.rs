@@ -86,7 +86,7 @@ impl Association {
             .any(|of| matches!(of, Difference::People(_)));
         let of_samples = differences.any(|of| matches!(of, Difference::Samples(_)));
         let mut note = "Each participant is one number; signs of paired differences, or groups of people, are exchanged in all ways, \
-             or in 99 999. An interval holds the differences that the test does not reject. That nothing is decided does not show that two \
+             or in 19 999. An interval holds the differences that the test does not reject. That nothing is decided does not show that two \
              are alike."
             .to_owned();
         if of_people {
