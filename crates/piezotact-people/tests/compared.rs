@@ -208,8 +208,9 @@ fn welch_s_t_and_its_permutation_are_those_of_scipy() {
             let p = of("p_permuted").max(of("p_welch"));
             assert!((found.p_value - p).abs() < 1e-9, "{found:?}");
         } else {
+            let least = of("p_permuted") - 1e-12;
             assert!(
-                found.p_value > of("p_permuted").max(of("p_welch")),
+                found.p_value >= least && found.p_value > of("p_welch"),
                 "{found:?}"
             );
         }
