@@ -4,10 +4,13 @@
 use piezotact::criterion::Outcome;
 use piezotact::statistics::random::Random;
 use piezotact_people::association::{
-    Answer, AnswerTable, Association, AssociationConfig, Compared, Declared, MatrixConfig,
-    Stimulus, associate, compared, compared_studies,
+    Answer, AnswerTable, Association, AssociationConfig, AssociationWarning, Compared, Declared,
+    MatrixConfig, Stimulus, associate, compared, compared_studies,
 };
-use piezotact_people::difference::Difference;
+use piezotact_people::difference::{
+    Difference, LEVEL_SHARE, between_interval, between_people, paired_interval,
+};
+use serde_json::Value;
 
 fn two(a: &str, b: &str) -> [String; 2] {
     [a.into(), b.into()]
@@ -175,6 +178,221 @@ fn groups_differ_over_people() {
         &Difference::Again(two("own", "averaged")),
     );
     assert_eq!((again.participants, again.left_out), ([8, 8], 1));
+}
+
+#[test]
+fn welch_s_t_and_its_permutation_are_those_of_scipy() {
+    let golden: Value = serde_json::from_str(include_str!("golden/differences.json")).unwrap();
+    for case in golden["groups"].as_array().unwrap() {
+        let [a, b] = ["a", "b"].map(|group| -> Vec<f64> {
+            let shares = case[group].as_array().unwrap().iter();
+            shares.map(|share| share.as_f64().unwrap()).collect()
+        });
+        let found = between_people(&a, &b, 99, 1).unwrap();
+        let of = |name: &str| case[name].as_f64().unwrap();
+        assert!((found.t - of("t")).abs() < 1e-9, "{found:?}");
+        assert!(found.permuted.exhaustive);
+        // Both count divisions: no more than rounding.
+        assert!(
+            (found.permuted.p_value - of("p_permuted")).abs() < 1e-12,
+            "{found:?}"
+        );
+        // The five of 12 and 5, and the six of 6 and 7, vary more than the larger group.
+        let is_welch = ![[12, 5], [6, 7]].contains(&[a.len(), b.len()]);
+        let freedom = match is_welch {
+            true => of("freedom_welch"),
+            false => a.len().min(b.len()) as f64 - 1.0,
+        };
+        assert!((found.freedom - freedom).abs() < 1e-9, "{found:?}");
+        if is_welch {
+            let p = of("p_permuted").max(of("p_welch"));
+            assert!((found.p_value - p).abs() < 1e-9, "{found:?}");
+        } else {
+            let least = of("p_permuted") - 1e-12;
+            assert!(
+                found.p_value >= least && found.p_value > of("p_welch"),
+                "{found:?}"
+            );
+        }
+    }
+}
+
+/// People whose share is `middle` on average: their logits have a standard deviation, or 15 % of them guess among three.
+#[derive(Clone, Copy)]
+struct Group {
+    people: usize,
+    trials: usize,
+    logit_sd: f64,
+    guessers: f64,
+    middle: f64,
+}
+
+impl Group {
+    fn new(people: usize, trials: usize, logit_sd: f64) -> Self {
+        Self {
+            people,
+            trials,
+            logit_sd,
+            guessers: 0.0,
+            middle: 0.5,
+        }
+    }
+
+    fn shares(&self, random: &mut Random) -> Vec<f64> {
+        let person = |_| {
+            let logit = (self.middle / (1.0 - self.middle)).ln() + self.logit_sd * random.normal();
+            let right = match random.uniform() < self.guessers {
+                true => 1.0 / 3.0,
+                false => 1.0 / (1.0 + (-logit).exp()),
+            };
+            let right = (0..self.trials).filter(|_| random.uniform() < right);
+            right.count() as f64 / self.trials as f64
+        };
+        (0..self.people).map(person).collect()
+    }
+}
+
+/// Of groups with the same mean, which differ in spread, trials and size, at most 6.5 % are said to differ; means exchanged without their
+/// spread differ in 19 % of the second. And a difference is found.
+#[test]
+fn groups_that_differ_in_spread_or_size_do_not_differ() {
+    let equal = Group::new(10, 30, 0.9);
+    let guess = Group {
+        guessers: 0.15,
+        middle: 0.8,
+        ..equal
+    };
+    let studies = 300;
+    let conclusions = |groups: [Group; 2]| {
+        let found = (0..studies).filter(|study| {
+            let mut random = Random::stream(*study, 0, "null groups");
+            let [a, b] = groups.map(|group| group.shares(&mut random));
+            between_people(&a, &b, 199, *study).unwrap().p_value <= LEVEL_SHARE
+        });
+        found.count() as f64
+    };
+    // 6.5 % and two and a half standard deviations of 300 studies.
+    let most = studies as f64 * 0.065 + 2.5 * (studies as f64 * 0.065 * 0.935).sqrt();
+    for groups in [
+        [equal, equal],
+        [Group::new(12, 42, 0.3), Group::new(5, 12, 1.2)],
+        [Group::new(12, 12, 1.2), Group::new(5, 42, 0.3)],
+        [Group::new(10, 60, 0.6), Group::new(10, 12, 0.6)],
+        [guess, guess],
+    ] {
+        let found = conclusions(groups);
+        assert!(
+            found <= most,
+            "{} {}: {found}",
+            groups[0].people,
+            groups[1].people
+        );
+    }
+    let apart = Group {
+        middle: 0.9,
+        ..equal
+    };
+    let found = conclusions([equal, apart]);
+    assert!(found > 0.85 * studies as f64, "{found}");
+}
+
+/// An interval holds 0 exactly where its test decides nothing, and the truth in 95 % of studies.
+#[test]
+fn intervals_agree_with_their_tests_and_hold_the_truth() {
+    let studies = 150;
+    let (mut between, mut paired) = (0, 0);
+    for study in 0..studies {
+        let mut random = Random::stream(study, 0, "intervals");
+        let a = Group::new(6, 30, 0.9).shares(&mut random);
+        let b = Group::new(8, 12, 0.6).shares(&mut random);
+        let [low, high] = between_interval(&a, &b, 199, 1).unwrap();
+        let test = between_people(&a, &b, 199, 1).unwrap();
+        let holds = low <= 0.0 && high >= 0.0;
+        assert_eq!(holds, test.p_value > LEVEL_SHARE, "{test:?} {low} {high}");
+        between += usize::from(holds);
+        let differences: Vec<f64> = b.iter().zip(&a).map(|(x, y)| x - y).collect();
+        let [low, high] = paired_interval(&differences, 199, 1).unwrap();
+        let test = piezotact::statistics::sign_flip_test(&differences, 199, 1).unwrap();
+        let holds = low <= 0.0 && high >= 0.0;
+        assert_eq!(holds, test.p_value > LEVEL_SHARE, "{test:?} {low} {high}");
+        paired += usize::from(holds);
+    }
+    // 93 % less two standard deviations of 150 studies.
+    for held in [between, paired] {
+        assert!(held as f64 >= 0.93 * studies as f64 - 6.2, "{held}");
+    }
+}
+
+#[test]
+fn groups_too_small_for_their_spread_decide_nothing() {
+    let right = table(4, &["naming"], 9, |_, _, presented| presented);
+    let wrong = table(20, &["naming"], 9, |_, _, presented| (presented + 1) % 3);
+    let all = MatrixConfig::default();
+    let people = Difference::People(two("own", "averaged"));
+    let found = compared_studies([(&right, &all), (&wrong, &all)], &people).unwrap();
+    assert_eq!(
+        (found.outcome(), found.interval),
+        (Outcome::NotDecided, None)
+    );
+    let said = found.sentence();
+    assert!(
+        said.contains("groups of fewer than 5 participants decide nothing"),
+        "{said}"
+    );
+    let right = table(5, &["naming"], 9, |_, _, presented| presented);
+    let found = compared_studies([(&right, &all), (&wrong, &all)], &people).unwrap();
+    assert_eq!(found.outcome(), Outcome::Met);
+}
+
+/// Two of ten who always say S1 beside eight who are right in nine of ten: said. Ten who guess, or who are right in six to nine of ten, are no
+/// mixture.
+#[test]
+fn people_who_guess_beside_others_are_named() {
+    let of = |says: &dyn Fn(&mut Random, usize, usize) -> usize| {
+        let mut random = Random::stream(4, 0, "mixture");
+        let table = table(10, &["naming"], 14, |person, _, presented| {
+            says(&mut random, person, presented)
+        });
+        with(&table, Vec::new())
+    };
+    let knows = |random: &mut Random, share: f64, presented: usize| match random.uniform() < share {
+        true => presented,
+        false => below(random, 3),
+    };
+    let mixed = of(&|random, person, presented| match person {
+        0 | 1 => 0,
+        _ => knows(random, 0.85, presented),
+    });
+    let found = mixed.expected[0].guessing.unwrap();
+    assert_eq!((found.participants, found.of), (2, 10));
+    let warning = AssociationWarning::SomeGuess { guessing: found }.into();
+    assert!(mixed.warnings.contains(&warning));
+    let said = "two kinds of people: 2 of 10 participants answer as guessing does";
+    assert!(mixed.sentence().contains(said), "{}", mixed.sentence());
+    let guess = of(&|random, _, _| below(random, 3));
+    let gradual =
+        of(&|random, person, presented| knows(random, 0.4 + 0.05 * person as f64, presented));
+    for alike in [guess, gradual] {
+        assert_eq!(alike.expected[0].guessing, None);
+    }
+}
+
+/// Three pairs and a share, and two differences that count together as one.
+#[test]
+fn conclusions_are_counted_beside_those_of_chance() {
+    let right = table(8, &["naming"], 9, |_, _, presented| presented);
+    let questions = [samples("S1", "S2"), samples("S1", "S3")];
+    let found = questions.iter().map(|question| of(&right, question));
+    let all = with(&right, found.collect());
+    assert_eq!(
+        all.conclusions_sentence().unwrap(),
+        "Conclusions at 5 %: 1 of 1 on shares as expected, 3 of 3 on pairs, 2 of 2 on differences. Expected by chance, were every truth \
+         at its limit: 0.2 (differences together as one, Holm)."
+    );
+    let mut random = Random::stream(8, 0, "conclusions");
+    let guessed = table(8, &["naming"], 9, |_, _, _| below(&mut random, 3));
+    let said = with(&guessed, Vec::new()).conclusions_sentence().unwrap();
+    assert!(said.contains("0 of 1 on shares as expected"), "{said}");
 }
 
 #[test]

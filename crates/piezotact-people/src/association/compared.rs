@@ -4,19 +4,21 @@ use crate::association::AssociationError;
 use std::collections::{BTreeMap, BTreeSet};
 
 use piezotact::criterion::Outcome;
-use piezotact::number::counted;
-use piezotact::statistics::{Permuted, holm, mean, mean_interval, sign_flip_test, t_quantile};
+use piezotact::number::{counted, signed};
+use piezotact::statistics::{Permuted, holm, mean, sign_flip_test};
 use serde::{Deserialize, Serialize};
 
 use super::answer::{Answer, AnswerTable};
 use super::document::Association;
+use super::guessing::{Guessing, Person, guessing};
 use super::matrix::{MatrixConfig, selected};
 use super::warning::AssociationWarning;
-use crate::difference::{Difference, LEVEL_SHARE, between_people};
-use crate::interval::MIN_PARTICIPANTS;
+use crate::difference::{
+    Difference, LEVEL_SHARE, MIN_GROUP, between_interval, between_people, paired_interval,
+};
 
 /// Divisions that are drawn where there are too many to try all.
-const DRAWS: usize = 99_999;
+const DRAWS: usize = 19_999;
 
 /// Two shares of answers and their difference, over people.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -38,16 +40,21 @@ pub struct Compared {
     /// What guessing reaches of each, 0–1; absent for two samples.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub chance_shares: Option<[f64; 2]>,
+    /// Participants who answer as guessing does beside others who do far better, of each; absent for two samples.
+    #[serde(default)]
+    pub guessing: [Option<Guessing>; 2],
     /// The first less the second.
     pub less_share: f64,
-    /// Its 95 % interval over people, of Student's t, for this difference alone and at most from −1 to 1; `None` for fewer than
-    /// [`MIN_PARTICIPANTS`], and for people who are all alike.
+    /// Its 95 % interval over people, for this difference alone and at most from −1 to 1: the differences that the test does not
+    /// reject. `None` for people too few to decide, and for people who are all alike.
     pub interval: Option<[f64; 2]>,
-    /// The permutation of people.
+    /// The permutation of people: of signs, or of Welch's t of two groups.
     pub test: Permuted,
-    /// Its probability, adjusted by Holm where several differences are asked for.
+    /// The probability that decides: that of the permutation; of groups, the larger of it and that of Student's t.
+    pub p_value: f64,
+    /// The same, adjusted by Holm where several differences are asked for.
     pub p_adjusted: f64,
-    /// The smallest probability that so few people can give.
+    /// The smallest probability that so few people can give; 1 for groups too small to decide.
     pub smallest_p: f64,
     /// How many differences were asked for.
     pub of: usize,
@@ -56,19 +63,24 @@ pub struct Compared {
     pub p_once: Option<f64>,
 }
 
-/// What people share in one condition: right answers, wrong ones of interest, and all that count.
+/// What one person answered in one condition: right, the other of two samples, and all that count.
 #[derive(Clone, Copy, Default)]
 struct Counts {
-    right: f64,
-    other: f64,
-    all: f64,
-    /// Right answers of a guesser.
-    guessed: f64,
+    other: usize,
+    own: Person,
 }
 
 impl Counts {
+    fn share(&self, of: usize) -> f64 {
+        of as f64 / self.own.answers as f64
+    }
+
     fn right_share(&self) -> f64 {
-        self.right / self.all
+        self.share(self.own.right)
+    }
+
+    fn other_share(&self) -> f64 {
+        self.share(self.other)
     }
 }
 
@@ -104,13 +116,13 @@ fn compared_within(
             known("samples", names, &table.declared().samples)?;
             let conditions = [0, 1].map(|i| told_apart(&answers, [&names[i], &names[1 - i]]));
             let mut found = paired(difference, &conditions, |[a, b]| {
-                let half = |of: fn(&Counts) -> f64| (of(a) / a.all + of(b) / b.all) / 2.0;
-                [half(|c| c.right), half(|c| c.other)]
+                let half = |of: fn(&Counts) -> f64| f64::midpoint(of(a), of(b));
+                [half(Counts::right_share), half(Counts::other_share)]
             })?;
             let [a, b] = &conditions;
             let of_both = |own: &BTreeMap<&str, Counts>, other: &BTreeMap<&str, Counts>| {
                 let people = own.iter().filter(|(person, _)| other.contains_key(*person));
-                let shares = people.map(|(_, c)| [c.right / c.all, c.other / c.all]);
+                let shares = people.map(|(_, c)| [c.right_share(), c.other_share()]);
                 let shares: Vec<[f64; 2]> = shares.collect();
                 [0, 1].map(|i| mean(&shares.iter().map(|s| s[i]).collect::<Vec<f64>>()))
             };
@@ -165,12 +177,13 @@ fn compared_between(
         });
     }
     let chance = [0, 1].map(|i| chance_share(&conditions[i]));
+    let guessing = [0, 1].map(|i| guessing_of(&conditions[i]));
     let in_both = conditions[0].keys();
     let in_both = in_both.filter(|person| conditions[1].contains_key(*person));
     let in_both = in_both.count();
     let [a, b] =
         conditions.map(|people| -> Vec<f64> { people.values().map(Counts::right_share).collect() });
-    let test = between_people(&a, &b, DRAWS, 1).ok_or_else(|| nobody(difference, ""))?;
+    let found = between_people(&a, &b, DRAWS, 1).ok_or_else(|| nobody(difference, ""))?;
     let shares = [&a, &b].map(|shares| mean(shares));
     Ok(Compared {
         difference: difference.clone(),
@@ -180,23 +193,25 @@ fn compared_between(
         by_sample: None,
         shares,
         chance_shares: Some(chance),
+        guessing,
         less_share: shares[0] - shares[1],
-        interval: welch_interval(&a, &b),
-        p_adjusted: test.p_value,
+        interval: between_interval(&a, &b, DRAWS, 1),
+        p_value: found.p_value,
+        p_adjusted: found.p_value,
         smallest_p: difference.smallest_p([a.len(), b.len()]),
-        test,
+        test: found.permuted,
         of: 1,
         p_once: None,
     })
 }
 
 impl Association {
-    /// The same with the differences `found`, their probabilities adjusted for all of them.
+    /// The same with the differences `found`, their probabilities adjusted for all of them, and warnings about them.
     ///
     /// Source: [`holm`].
     #[must_use]
     pub fn with_comparisons(mut self, mut found: Vec<Compared>) -> Self {
-        let p_values: Vec<f64> = found.iter().map(|one| one.test.p_value).collect();
+        let p_values: Vec<f64> = found.iter().map(|one| one.p_value).collect();
         let of = found.len();
         for (one, p) in found.iter_mut().zip(holm(&p_values)) {
             one.p_adjusted = p;
@@ -205,6 +220,12 @@ impl Association {
                 let people = one.in_both;
                 self.warnings
                     .push(AssociationWarning::SamePseudonyms { people }.into());
+            }
+            for guessing in one.guessing.into_iter().flatten() {
+                let warning = AssociationWarning::SomeGuess { guessing }.into();
+                if !self.warnings.contains(&warning) {
+                    self.warnings.push(warning);
+                }
             }
         }
         self.comparisons = found;
@@ -252,9 +273,9 @@ fn told_apart<'a>(answers: &[&'a Answer], [own, other]: [&String; 2]) -> BTreeMa
             continue;
         }
         let person = people.entry(&answer.participant).or_default();
-        person.all += 1.0;
-        person.right += f64::from(u8::from(answer.answered == *own));
-        person.other += f64::from(u8::from(answer.answered == *other));
+        person.own.answers += 1;
+        person.own.right += usize::from(answer.answered == *own);
+        person.other += usize::from(answer.answered == *other);
     }
     people
 }
@@ -276,9 +297,9 @@ fn as_expected<'a>(
         if !answer.offered.contains(wanted) {
             continue;
         }
-        let person = people.entry(&answer.participant).or_default();
-        person.all += 1.0;
-        person.right += f64::from(u8::from(answer.answered == **wanted));
+        let person = &mut people.entry(&answer.participant).or_default().own;
+        person.answers += 1;
+        person.right += usize::from(answer.answered == **wanted);
         person.guessed += 1.0 / answer.offered.len() as f64;
     }
     people
@@ -300,7 +321,8 @@ fn paired(
     let test =
         sign_flip_test(&differences, DRAWS, 1).ok_or_else(|| nobody(difference, " with both"))?;
     let people = both.len();
-    let chance = [0, 1].map(|i| chance_share(&conditions[i]));
+    let of_shares = !matches!(difference, Difference::Samples(_));
+    let chance = of_shares.then(|| [0, 1].map(|i| chance_share(&conditions[i])));
     let shares = [0, 1].map(|i| both.iter().map(|shares| shares[i]).sum::<f64>() / people as f64);
     Ok(Compared {
         difference: difference.clone(),
@@ -309,13 +331,14 @@ fn paired(
         in_both: 0,
         by_sample: None,
         shares,
-        chance_shares: (!matches!(difference, Difference::Samples(_))).then_some(chance),
+        chance_shares: chance,
+        guessing: match of_shares {
+            true => [0, 1].map(|i| guessing_of(&conditions[i])),
+            false => [None; 2],
+        },
         less_share: shares[0] - shares[1],
-        interval: mean_interval(&differences)
-            .filter(|_| people >= MIN_PARTICIPANTS)
-            .and_then(possible)
-            // Where no permutation reaches 5 %, an interval would say more than the people do.
-            .filter(|_| difference.smallest_p([people; 2]) <= LEVEL_SHARE),
+        interval: paired_interval(&differences, DRAWS, 1),
+        p_value: test.p_value,
         p_adjusted: test.p_value,
         smallest_p: difference.smallest_p([people; 2]),
         test,
@@ -326,28 +349,12 @@ fn paired(
 
 /// What a guesser reaches in all answers.
 fn chance_share(people: &BTreeMap<&str, Counts>) -> f64 {
-    let sum = |of: fn(&Counts) -> f64| people.values().map(of).sum::<f64>();
-    sum(|c| c.guessed) / sum(|c| c.all)
+    let guessed = people.values().map(|c| c.own.guessed).sum::<f64>();
+    guessed / people.values().map(|c| c.own.answers as f64).sum::<f64>()
 }
 
-/// The 95 % interval of the difference of two means, with the smaller number of degrees of freedom.
-fn welch_interval(a: &[f64], b: &[f64]) -> Option<[f64; 2]> {
-    let smaller = a.len().min(b.len());
-    if smaller < MIN_PARTICIPANTS {
-        return None;
-    }
-    let error_squared = |values: &[f64]| {
-        let (n, middle) = (values.len() as f64, mean(values));
-        values.iter().map(|v| (v - middle).powi(2)).sum::<f64>() / (n - 1.0) / n
-    };
-    let reach = t_quantile(smaller - 1)? * (error_squared(a) + error_squared(b)).sqrt();
-    let less = mean(a) - mean(b);
-    possible([less - reach, less + reach])
-}
-
-/// An interval of a difference of shares; `None` where it has no width, as people who are all alike do not say how people differ.
-fn possible([low, high]: [f64; 2]) -> Option<[f64; 2]> {
-    (high > low).then(|| [low.max(-1.0), high.min(1.0)])
+fn guessing_of(people: &BTreeMap<&str, Counts>) -> Option<Guessing> {
+    guessing(&people.values().map(|c| c.own).collect::<Vec<_>>())
 }
 
 impl Compared {
@@ -365,10 +372,15 @@ impl Compared {
     /// Met where the two differ; else not decided: that they are alike is never shown by a test of a difference.
     #[must_use]
     pub fn outcome(&self) -> Outcome {
-        match self.p_adjusted <= LEVEL_SHARE && !self.rests_on_same_people() {
+        match self.p_adjusted <= LEVEL_SHARE && self.can_decide() && !self.rests_on_same_people() {
             true => Outcome::Met,
             false => Outcome::NotDecided,
         }
+    }
+
+    /// Whether so few people can show a difference.
+    fn can_decide(&self) -> bool {
+        self.smallest_p <= LEVEL_SHARE
     }
 
     /// What was found, in one sentence.
@@ -401,9 +413,9 @@ impl Compared {
         };
         let interval = self.interval.map_or_else(String::new, |[low, high]| {
             format!(
-                ", 95 % of Student's t {:.1} to {:.1}",
-                100.0 * low,
-                100.0 * high
+                ", 95 %: {} to {}",
+                signed(100.0 * low, 1),
+                signed(100.0 * high, 1)
             )
         });
         let left_out = match self.left_out {
@@ -419,9 +431,17 @@ impl Compared {
             }
             _ => String::new(),
         };
+        let guessing = [one, two].into_iter().zip(self.guessing);
+        let guessing = guessing.filter_map(|(name, found)| Some((name, found?)));
+        let guessing = guessing.map(|(name, found)| format!(" {name}: {}.", found.words()));
+        let guessing: String = guessing.collect();
+        let test = match &self.difference {
+            Difference::People(_) => "permutation of participants (studentised) and Student's t",
+            _ => "permutation of participants",
+        };
         format!(
-            "{shares} ({people}{left_out}); {what} {:.1} points{interval}; permutation of participants, p = {}{}: {}.{chance}",
-            100.0 * self.less_share,
+            "{shares} ({people}{left_out}); {what} {} points{interval}; {test}, p = {}{}: {}.{chance}{guessing}",
+            signed(100.0 * self.less_share, 1),
             p_text(self.p_adjusted),
             match self.of {
                 0 | 1 => String::new(),
@@ -436,7 +456,10 @@ impl Compared {
     pub fn verdict(&self) -> &'static str {
         let differs = self.outcome() == Outcome::Met;
         match &self.difference {
-            _ if !differs && self.smallest_p > LEVEL_SHARE => {
+            Difference::People(_) if self.participants.iter().any(|n| *n < MIN_GROUP) => {
+                "not decided: groups of fewer than 5 participants decide nothing"
+            }
+            _ if !differs && !self.can_decide() => {
                 "not decided: with so few participants no difference reaches 5 %"
             }
             _ if !differs && self.p_adjusted <= LEVEL_SHARE => {

@@ -367,7 +367,10 @@ fn warnings(
     }
     let confused = pairs.iter().filter(|p| p.outcome == PairOutcome::Confused);
     let confused = confused.count();
-    let guessed = expected.first().is_some_and(|share| {
+    let share = expected.first();
+    let some_guess = share.and_then(|share| share.guessing);
+    found.extend(some_guess.map(|guessing| AssociationWarning::SomeGuess { guessing }));
+    let guessed = share.is_some_and(|share| {
         share.criterion.interval.is_some() && share.criterion.outcome != Outcome::Met
     });
     if guessed && confused > 0 {

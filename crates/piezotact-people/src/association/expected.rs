@@ -8,6 +8,7 @@ use piezotact::statistics::{mean, mean_interval};
 use serde::{Deserialize, Serialize};
 
 use super::answer::{Answer, Declared};
+use super::guessing::{Guessing, Person, guessing};
 use super::same_person::effective_people;
 use crate::interval::{MIN_PARTICIPANTS, clustered_interval};
 
@@ -57,6 +58,9 @@ pub struct ExpectedShare {
     /// What answers like these reach whatever is presented, 0–1: for each answer, the share of what others said with the same samples
     /// on offer that would be as expected here. Above chance where people prefer what is presented most.
     pub habit_share: f64,
+    /// Participants who answer as guessing does beside others who do far better, where the answers show such a mixture.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub guessing: Option<Guessing>,
     /// The share with its 95 % interval over participants, beside the larger of chance and habit: met above it, not met below it; not
     /// decided where people counted otherwise would decide otherwise.
     pub criterion: Criterion<ExpectedCriterion>,
@@ -156,8 +160,11 @@ impl ExpectedShare {
                 }
             }
         };
+        let guessing = self.guessing.map_or_else(String::new, |found| {
+            format!("; two kinds of people: {}", found.words())
+        });
         format!(
-            "{share:.1} % as expected (95 %: {:.1} to {:.1} %; {chance}: {told})",
+            "{share:.1} % as expected (95 %: {:.1} to {:.1} %; {chance}: {told}{guessing})",
             100.0 * low,
             100.0 * high
         )
@@ -227,8 +234,8 @@ pub(super) fn expected_share(
             (stimulus.name.as_str(), (stimulus.expected.as_str(), kind))
         })
         .collect();
-    let mut people: BTreeMap<&str, (usize, usize)> = BTreeMap::new();
-    let (mut guessed, mut by_habit) = (0.0, 0.0);
+    let mut people: BTreeMap<&str, Person> = BTreeMap::new();
+    let mut by_habit = 0.0;
     let habits = Habits::of(answers);
     for answer in answers {
         let Some((wanted, of)) = expected.get(answer.presented.as_str()) else {
@@ -242,16 +249,17 @@ pub(super) fn expected_share(
             continue;
         }
         let person = people.entry(&answer.participant).or_default();
-        person.0 += usize::from(answer.answered == *wanted);
-        person.1 += 1;
         let guess = 1.0 / answer.offered.len() as f64;
-        guessed += guess;
+        person.right += usize::from(answer.answered == *wanted);
+        person.answers += 1;
+        person.guessed += guess;
         by_habit += habits.share(answer, wanted).unwrap_or(guess);
     }
-    let each: Vec<(usize, usize)> = people.into_values().collect();
+    let people: Vec<Person> = people.into_values().collect();
+    let each: Vec<(usize, usize)> = people.iter().map(|p| (p.right, p.answers)).collect();
     let found = clustered_interval(&each)?;
     let answers = each.iter().map(|(_, answers)| answers).sum::<usize>();
-    let chance_share = guessed / answers as f64;
+    let chance_share = people.iter().map(|p| p.guessed).sum::<f64>() / answers as f64;
     let judged = found.interval.unwrap_or([f64::NAN; 2]);
     let habit_share = by_habit / answers as f64;
     let limit = Limit::at_least(chance_share.max(habit_share));
@@ -262,6 +270,7 @@ pub(super) fn expected_share(
         expected: each.iter().map(|(expected, _)| expected).sum(),
         chance_share,
         habit_share,
+        guessing: guessing(&people),
         criterion: Criterion {
             interval: found.interval,
             ..Criterion::new(what, "", found.share, Some(judged), limit)

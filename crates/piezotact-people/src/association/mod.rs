@@ -8,11 +8,13 @@ mod asked;
 mod behaviour;
 mod chance_agreement;
 mod compared;
+mod conclusions;
 mod confused;
 mod document;
 mod error;
 mod expected;
 mod felt;
+mod guessing;
 mod matrix;
 mod of_session;
 mod order;
@@ -39,6 +41,7 @@ pub use felt::{
     Felt, FeltComparison, FeltCriterion, FeltPair, FeltRecording, FeltSpectrum, FeltUnknown,
     FeltWarning, Separates, felt_pairs, felt_part, felt_samples,
 };
+pub use guessing::Guessing;
 pub use matrix::{
     AssociationMatrix, Cell, FlaggedTrials, MatrixConfig, Row, Selection, association_matrix,
 };

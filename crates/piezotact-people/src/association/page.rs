@@ -23,6 +23,8 @@ impl Shown for Association {
     fn page(&self) -> Page {
         let title = format!("Association matrices of {}", self.name);
         let mut first = vec![Block::conclusion(self.sentence(), self.verdict())];
+        let drawn = self.conclusions_sentence();
+        first.extend(drawn.map(|sentence| Block::conclusion(sentence, None)));
         let asked = self.asked.iter().flat_map(Asked::sentences);
         let groups = self.group_sentences();
         let found = asked
@@ -34,7 +36,8 @@ impl Shown for Association {
         first.push(Block::note(
             "A percentage is how often an association was declared, over how often the stimulus was presented. Intervals are 95 %, \
              of Clopper and Pearson, with the effective number of answers of Korn and Graubard (1998): they allow for participants \
-             who differ. Chance: one over the number of samples that could be answered.",
+             who differ, and speak of people like those who answered: of 10 among whom nobody guesses, up to 26 % who do remain possible. \
+             Chance: one over the number of samples that could be answered.",
         ));
         let mut page = Page::new(title, "")
             .section("", first)
@@ -78,10 +81,18 @@ impl Association {
     /// The differences that were asked for.
     fn differences(&self) -> Vec<Block> {
         let mut differences = self.comparisons.iter().map(|one| &one.difference);
+        let of_people = differences
+            .clone()
+            .any(|of| matches!(of, Difference::People(_)));
         let of_samples = differences.any(|of| matches!(of, Difference::Samples(_)));
         let mut note = "Each participant is one number; signs of paired differences, or groups of people, are exchanged in all ways, \
-             or in 99 999. That nothing is decided does not show that two are alike."
+             or in 19 999. An interval holds the differences that the test does not reject. That nothing is decided does not show that two \
+             are alike."
             .to_owned();
+        if of_people {
+            note += " Of groups Welch's t is compared, by permutation and by Student's t; the larger p decides, so that groups that differ in \
+                 spread or size are not taken for groups that differ in their mean.";
+        }
         if of_samples {
             note += " Told apart better than by guessing: right answers are more frequent than the other's name, over both samples \
                  together. A pair can be that and still be confused: one of the two may often be called the other.";
@@ -122,7 +133,8 @@ impl Association {
         };
         let mut blocks = vec![squares.into(), bars.into()];
         if matrix.samples.len() <= SAMPLES_COUNTED {
-            let note = "Each cell: %, its interval, and declared / presented. n/a: untested. No interval: too few participants.";
+            let note = "Each cell: % of the presentations of the stimulus, its interval, and how often it was declared of how often it was \
+                 offered. n/a: untested. No interval: too few participants.";
             blocks.push(Block::folded(
                 "Counts and 95 % intervals",
                 [counts(matrix).into(), Block::note(note)],
@@ -233,8 +245,8 @@ fn counts(matrix: &AssociationMatrix) -> Table {
                     Cell::Rounded {
                         value: percent,
                         text: format!(
-                            "{percent:.1}{interval}, {}/{}",
-                            cell.declared, row.presented
+                            "{percent:.1}{interval}, {} of {}",
+                            cell.declared, cell.offered
                         ),
                     }
                 }))

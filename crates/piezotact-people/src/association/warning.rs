@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::answer::Flag;
 use super::chance_agreement::Matching;
+use super::guessing::Guessing;
 use super::same_person::AnswersPart;
 
 /// One thing to know before relying on a matrix.
@@ -70,6 +71,12 @@ pub enum AssociationWarning {
         }
     )]
     Guesses { pairs: usize },
+    /// Some participants answer as guessing does, and the others far better.
+    #[error(
+        "{}: a mean over both kinds of people is of neither; read them apart, and ask whether the task was understood",
+        guessing.words()
+    )]
+    SomeGuess { guessing: Guessing },
     /// Answers that something was wrong with are counted, or were left out; `of` has how many have each flag, in the order of [`Flag::ALL`].
     #[error(
         "{}{}: {}; compare the matrices with and without them",

@@ -12,7 +12,7 @@ use super::super::power::{
 use super::super::precision::{CellPlan, cell_precision};
 use super::met::Met;
 use super::{Work, checked_sets, fewest};
-use crate::difference::{Difference, LEVEL_SHARE};
+use crate::difference::{Difference, LEVEL_SHARE, MIN_GROUP};
 use crate::interval::clopper_pearson;
 
 /// Simulated campaigns for each number of participants and repeats.
@@ -366,6 +366,11 @@ impl PowerStudy {
         format!("{more}; {}.", self.needed_repeats())
     }
 
+    fn is_few_in_groups(&self) -> bool {
+        let of_people = matches!(self.question.difference, Difference::People(_));
+        of_people && self.planned.participants < MIN_GROUP
+    }
+
     /// What more presentations do with the planned participants.
     fn needed_repeats(&self) -> String {
         let people = self.planned.participants;
@@ -379,6 +384,9 @@ impl PowerStudy {
                     "or {times} times as many presentations with {people} participants, by repeats{sets}"
                 )
             }
+            None if self.is_few_in_groups() => format!(
+                "groups of {people} decide nothing, however often each answers: {MIN_GROUP} participants or more in each are needed"
+            ),
             None if self.smallest_p > LEVEL_SHARE => format!(
                 "with {people} participants no test of people reaches 5 %, however often each answers: the smallest p is {:.3}",
                 self.smallest_p
