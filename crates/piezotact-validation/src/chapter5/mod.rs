@@ -4,8 +4,7 @@ mod panels;
 
 use panels::Panels;
 use piezotact::panel::{
-    Artefact, ArtefactConfig, Cell, Dip, Entry, Filing, PairDistances, Panel, artefact_of,
-    repeatability,
+    Artefact, Cell, Dip, Entry, Filing, PairDistances, Panel, artefact_of, repeatability,
 };
 use piezotact::quantity::{
     Acceleration, Band, Degrees, Drive, Force, Hertz, Newtons, Potential, Quantity, Seconds,
@@ -319,8 +318,7 @@ fn antiresonance(
     fingers: &Fingers,
 ) -> Finding {
     let searched = Band::new(Hertz(100.0), Hertz(500.0)).ok();
-    let artefact =
-        searched.and_then(|band| artefact_of(control, &ArtefactConfig::usual(band)).ok());
+    let artefact = searched.and_then(|band| artefact_of(control, band).ok());
     let control_hz = artefact.as_ref().map_or(f64::NAN, |a| a.at_hz);
     let dips = artefact.as_ref().map_or(Vec::new(), |a| dips(a, fingers));
     // Lower than what is close by.

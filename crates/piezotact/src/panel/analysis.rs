@@ -194,7 +194,7 @@ pub fn analyse<I: Quantity, O: Quantity>(
         config: config.clone(),
         participants: panel.participants().to_vec(),
         attendances: panel.attendances(),
-        members: panel.members_by(&signs, band, None),
+        members: panel.members(&signs, band),
         complete: panel.complete().len(),
         measurements: panel.entries().len(),
         cells: panel.cells().to_vec(),

@@ -341,7 +341,10 @@ fn penalties_in_parts_are_of_the_average_that_was_asked_for() {
 /// Membership is a list of criteria: a difference in any refuses the panel, a warning about a member is "not decided".
 #[test]
 fn membership_is_a_list_of_criteria() {
-    let members = |entries: Entries| Panel::new(entries).unwrap().members(band(), None);
+    let members = |entries: Entries| {
+        let panel = Panel::new(entries).unwrap();
+        panel.members(&panel.signs(band()), band())
+    };
     let outcomes = |members: &[Member], rule| -> Vec<Outcome> {
         let found = members.iter().map(|m| m.criterion(rule).unwrap());
         found.map(|c| c.outcome).collect()

@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use super::{Artefact, ArtefactConfig, Dip, Entry, Filing, Panel, PanelError, artefact_of};
-use crate::quantity::Uncalibrated;
+use super::{Artefact, Dip, Entry, Filing, Panel, PanelError, artefact_of};
+use crate::quantity::{Band, Uncalibrated};
 use crate::transfer::TransferFunction;
 
 /// The dip of one measurement at the artefact, before and after it was taken out.
@@ -36,7 +36,7 @@ pub struct Cleaning {
     pub example_before: Option<TransferFunction<Uncalibrated, Uncalibrated>>,
 }
 
-/// `panel` with the artefact that `control` shows taken out of every measurement, and what that did. The warnings of the panel and
+/// `panel` with the artefact that `control` shows in `search` taken out of every measurement, and what that did. The warnings of the panel and
 /// of the artefact go with it.
 ///
 /// Formula: that of [`artefact_of`] and [`Artefact::remove_from`], measurement by measurement.
@@ -48,9 +48,9 @@ pub struct Cleaning {
 pub fn without_artefact(
     panel: &Panel<Uncalibrated, Uncalibrated>,
     control: TransferFunction<Uncalibrated, Uncalibrated>,
-    config: &ArtefactConfig,
+    search: Band,
 ) -> Result<(Panel<Uncalibrated, Uncalibrated>, Cleaning), PanelError> {
-    let artefact = artefact_of(&control, config)?;
+    let artefact = artefact_of(&control, search)?;
     let mut dips = Vec::new();
     let mut entries = Vec::new();
     for entry in panel.entries() {

@@ -19,35 +19,14 @@ const ALONE_RATIO: f64 = 1.15;
 /// The depth of a dip in a finger is measured against the levels at these ratios of its frequency, where fingers vary little.
 const NEAR_RATIO: [f64; 2] = [1.15, 1.25];
 
-/// How an artefact is found in a control measurement.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-pub struct ArtefactConfig {
-    /// Where it is looked for.
-    pub search: Band,
-    /// Within this ratio of its frequency (above 1) the structure of the control is taken as the artefact.
-    pub inner_ratio: f64,
-    /// From the inner to this ratio the artefact's factor fades to 1, and the trend of the control is fitted.
-    pub outer_ratio: f64,
-    /// How deep it must be, dB.
-    pub least_depth_db: f64,
-    /// A warning is raised when the coherence of the control is below this, 0–1.
-    pub least_coherence: f64,
-}
-
-impl ArtefactConfig {
-    /// A dip of 3 dB or more in `search`, its structure within a ratio of 1.6 and the trend from there to 2.5.
-    #[must_use]
-    pub fn usual(search: Band) -> Self {
-        Self {
-            search,
-            inner_ratio: 1.6,
-            outer_ratio: 2.5,
-            least_depth_db: 3.0,
-            least_coherence: 0.8,
-        }
-    }
-}
+/// Within this ratio of its frequency the structure of the control is taken as the artefact …
+const INNER_RATIO: f64 = 1.6;
+/// … and from there to this one its factor fades to 1, and the trend of the control is fitted.
+const OUTER_RATIO: f64 = 2.5;
+/// How deep an artefact must be, dB.
+const LEAST_DEPTH_DB: f64 = 3.0;
+/// A warning is raised when the coherence of the control is below this.
+const LEAST_COHERENCE: f64 = 0.8;
 
 /// The factor of a narrow structure of a bench, without the bench's level and trend: 1 at frequencies without structure.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -104,16 +83,16 @@ impl Straight {
         self.middle + self.slope * (x - self.about)
     }
 
-    fn through(points: &[(f64, f64)]) -> Self {
+    /// The one nearest to `points` by least squares.
+    fn through(points: impl Iterator<Item = (f64, f64)>) -> Self {
+        let points: Vec<(f64, f64)> = points.collect();
         let n = points.len().max(1) as f64;
         let about = points.iter().map(|p| p.0).sum::<f64>() / n;
         let middle = points.iter().map(|p| p.1).sum::<f64>() / n;
-        let (xy, xx) = points.iter().fold((0.0, 0.0), |(xy, xx), (x, y)| {
-            (
-                xy + (x - about) * (y - middle),
-                xx + (x - about) * (x - about),
-            )
-        });
+        let sum = |of: &dyn Fn(f64, f64) -> f64| -> f64 {
+            points.iter().map(|(x, y)| of(x - about, y - middle)).sum()
+        };
+        let (xy, xx) = (sum(&|x, y| x * y), sum(&|x, _| x * x));
         Self {
             middle,
             slope: if xx > 0.0 { xy / xx } else { 0.0 },
@@ -153,47 +132,39 @@ fn shoulders(
 /// [`PanelError::NoDip`] when nothing is deep enough.
 pub fn artefact_of<C: Quantity, R: Quantity>(
     control: &TransferFunction<C, R>,
-    config: &ArtefactConfig,
+    search: Band,
 ) -> Result<Artefact, PanelError> {
-    let ratios = [config.inner_ratio, config.outer_ratio];
+    let ratios = [INNER_RATIO, OUTER_RATIO];
+    let no_dip = || PanelError::NoDip {
+        band: search,
+        least_db: LEAST_DEPTH_DB,
+    };
     let resolution_hz = control.resolution_hz();
     let db: Vec<f64> = control.response().iter().map(|h| level_db(*h)).collect();
     let hz = |line: usize| line as f64 * resolution_hz;
     let log = |line: usize| hz(line).max(f64::MIN_POSITIVE).ln();
     let mut deepest: Option<(usize, Straight, f64, Vec<usize>)> = None;
-    for (line, at_hz) in control
-        .lines_in(config.search)
-        .filter(|(line, _)| *line > 0)
-    {
-        let near =
-            |other: &usize| (at_hz / ALONE_RATIO..=at_hz * ALONE_RATIO).contains(&hz(*other));
-        if (1..db.len()).filter(near).any(|other| db[other] < db[line]) {
+    for (line, at_hz) in control.lines_in(search).filter(|(line, _)| *line > 0) {
+        let range = at_hz / ALONE_RATIO..=at_hz * ALONE_RATIO;
+        let mut near = (1..db.len()).filter(|other| range.contains(&hz(*other)));
+        if near.any(|other| db[other] < db[line]) {
             continue;
         }
         let Some(sides) = shoulders(at_hz, ratios, db.len(), resolution_hz) else {
             continue;
         };
-        let points: Vec<(f64, f64)> = sides.iter().map(|k| (log(*k), db[*k])).collect();
-        let trend = Straight::through(&points);
+        let trend = Straight::through(sides.iter().map(|k| (log(*k), db[*k])));
         let depth = trend.at(log(line)) - db[line];
-        if deepest
-            .as_ref()
-            .is_none_or(|(_, _, found, _)| depth > *found)
-        {
+        let is_deeper = |(_, _, found, _): &(usize, Straight, f64, Vec<usize>)| depth > *found;
+        if deepest.as_ref().is_none_or(is_deeper) {
             deepest = Some((line, trend, depth, sides));
         }
     }
-    let found = deepest.filter(|(_, _, depth, _)| *depth >= config.least_depth_db);
-    let Some((line, trend, depth_db, sides)) = found else {
-        return Err(PanelError::NoDip {
-            band: config.search,
-            least_db: config.least_depth_db,
-        });
-    };
+    let found = deepest.filter(|(_, _, depth, _)| *depth >= LEAST_DEPTH_DB);
+    let (line, trend, depth_db, sides) = found.ok_or_else(no_dip)?;
     let at_hz = hz(line);
     let phases = unwrapped(control.response().iter().copied());
-    let points: Vec<(f64, f64)> = sides.iter().map(|k| (hz(*k), phases[*k])).collect();
-    let turning = Straight::through(&points);
+    let turning = Straight::through(sides.iter().map(|k| (hz(*k), phases[*k])));
     let factor = (0..db.len())
         .map(|k| {
             let weight = fading(hz(k) / at_hz, ratios);
@@ -207,31 +178,19 @@ pub fn artefact_of<C: Quantity, R: Quantity>(
             )
         })
         .collect();
-    let mut warnings = Vec::new();
-    let inner = Band::new(
-        Hertz(at_hz / config.inner_ratio),
-        Hertz(at_hz * config.inner_ratio),
-    );
-    let seen = inner.ok().and_then(|band| control.coherence_in(band));
-    if let Some(seen) = seen.filter(|seen| seen.lowest < config.least_coherence) {
-        warnings.push(Warning::from(PanelWarning::ControlIncoherent {
-            lowest: seen.lowest,
-            at_hz: seen.lowest_at_hz,
-            asked: config.least_coherence,
-        }));
-    }
-    let window_hz = Band::new(
-        Hertz(at_hz / config.outer_ratio),
-        Hertz(at_hz * config.outer_ratio),
-    );
+    let around = |ratio: f64| Band::new(Hertz(at_hz / ratio), Hertz(at_hz * ratio)).ok();
+    let seen = around(INNER_RATIO).and_then(|band| control.coherence_in(band));
+    let seen = seen.filter(|seen| seen.lowest < LEAST_COHERENCE);
+    let incoherent = seen.map(|seen| PanelWarning::ControlIncoherent {
+        lowest: seen.lowest,
+        at_hz: seen.lowest_at_hz,
+        asked: LEAST_COHERENCE,
+    });
     Ok(Artefact {
         at_hz,
         depth_db,
-        window_hz: window_hz.map_err(|_no_band| PanelError::NoDip {
-            band: config.search,
-            least_db: config.least_depth_db,
-        })?,
-        warnings,
+        window_hz: around(OUTER_RATIO).ok_or_else(no_dip)?,
+        warnings: incoherent.into_iter().map(Warning::from).collect(),
         factor,
         resolution_hz,
     })
@@ -251,52 +210,28 @@ fn fading(ratio: f64, [inner, outer]: [f64; 2]) -> f64 {
 }
 
 impl Artefact {
-    /// The level of the artefact's factor by line, dB: 0 where there is none.
-    #[must_use]
-    pub fn levels_db(&self) -> Vec<f64> {
-        self.factor.iter().map(|h| level_db(*h)).collect()
-    }
-
     /// `function` divided by the artefact, magnitude and phase, with what was seen of it before and after.
     ///
     /// # Errors
-    /// [`PanelError::ControlLines`] when the control had other lines; [`PanelError::Transfer`] when nothing is left.
+    /// [`PanelError::ControlLines`] when the control had other lines.
     pub fn remove_from<I: Quantity, O: Quantity>(
         &self,
         function: &TransferFunction<I, O>,
     ) -> Result<Removed<I, O>, PanelError> {
-        let lines = function.response().len();
-        if lines != self.factor.len()
-            || (function.resolution_hz() / self.resolution_hz - 1.0).abs() > 1e-9
-        {
+        let [control, other] = [
+            (self.factor.len(), self.resolution_hz),
+            (function.response().len(), function.resolution_hz()),
+        ];
+        if control.0 != other.0 || (other.1 / control.1 - 1.0).abs() > 1e-9 {
+            let text =
+                |(lines, every_hz): (usize, f64)| format!("{lines} lines every {every_hz:.4} Hz");
             return Err(PanelError::ControlLines {
-                control: format!(
-                    "{} lines every {:.4} Hz",
-                    self.factor.len(),
-                    self.resolution_hz
-                ),
-                function: format!("{lines} lines every {:.4} Hz", function.resolution_hz()),
+                control: text(control),
+                function: text(other),
             });
         }
-        let divided = function
-            .response()
-            .iter()
-            .zip(&self.factor)
-            .map(|(h, artefact)| h / artefact)
-            .collect();
-        let mut freed = TransferFunction::from_lines(
-            divided,
-            function.coherence().to_vec(),
-            function.resolution_hz(),
-            function.rate,
-            function.estimator,
-            function.averages,
-        )?;
-        freed.about.condition = function.about.condition.clone();
-        freed.drive.clone_from(&function.drive);
-        freed.excited = function.excited;
-        freed.effective_averages = function.effective_averages;
-        freed.about.warnings.clone_from(&function.about.warnings);
+        let line = |hz: f64| (hz / self.resolution_hz).round() as usize;
+        let mut freed = function.clone().times(|hz| self.factor[line(hz)].inv());
         freed.about.provenance = function.about.provenance.clone().then(format!(
             "divided by the dip of the bench at {:.1} Hz, {:.1} dB deep in the control",
             self.at_hz, self.depth_db
@@ -314,8 +249,7 @@ impl Artefact {
         let hz = |line: usize| line as f64 * resolution_hz;
         let db = |line: usize| level_db(function.response()[line]);
         let sides = shoulders(self.at_hz, NEAR_RATIO, lines, resolution_hz).unwrap_or_default();
-        let points: Vec<(f64, f64)> = sides.iter().map(|k| (hz(*k).ln(), db(*k))).collect();
-        let trend = Straight::through(&points);
+        let trend = Straight::through(sides.iter().map(|k| (hz(*k).ln(), db(*k))));
         let range = self.at_hz / NEAR_RATIO[0]..=self.at_hz * NEAR_RATIO[0];
         let mut dip = Dip {
             at_hz: self.at_hz,

@@ -2,10 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{
-    AverageCriterion, Cell, Cleaning, Filing, Panel, PanelAnalysis, PanelCurves, PanelError,
-    panel_curves,
-};
+use super::{AverageCriterion, Cell, Cleaning, Filing, Panel, PanelAnalysis};
 use crate::document::Content;
 use crate::page::{self, Column, Table};
 use crate::quantity::{Uncalibrated, Unit};
@@ -86,9 +83,6 @@ pub struct AnalysedPanel<'a> {
     /// The transfer functions that were analysed.
     #[serde(skip)]
     pub panel: &'a Panel<Uncalibrated, Uncalibrated>,
-    /// The curves of its figures.
-    #[serde(skip)]
-    pub curves: PanelCurves,
     /// Which bench measured it; absent where nothing says it.
     #[serde(skip)]
     pub bench: Option<&'a str>,
@@ -105,18 +99,16 @@ impl<'a> AnalysedPanel<'a> {
     /// What `analysis` says of the `panel` that comes from `origin`.
     ///
     /// Source: docs/decisions/documents.md.
-    ///
-    /// # Errors
-    /// Those of [`panel_curves`].
+    #[must_use]
     pub fn of(
         analysis: &'a PanelAnalysis,
         panel: &'a Panel<Uncalibrated, Uncalibrated>,
         origin: PanelOrigin<'a>,
         artefact: Option<&'a Cleaning>,
-    ) -> Result<Self, PanelError> {
+    ) -> Self {
         let judged = analysis.judged();
         let costs = judged.and_then(|cell| analysis.penalties_at(cell));
-        Ok(Self {
+        Self {
             analysis,
             kind: origin.kind,
             accepted: origin.accepted,
@@ -124,10 +116,9 @@ impl<'a> AnalysedPanel<'a> {
             will_the_average_do: costs.map(|costs| costs.verdict.outcome.answer()),
             artefact,
             panel,
-            curves: panel_curves(panel, analysis, artefact)?,
             bench: origin.bench,
             units: origin.units,
-        })
+        }
     }
 }
 

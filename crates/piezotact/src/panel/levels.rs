@@ -166,6 +166,13 @@ impl Levels {
         self.own.get(person)?.get(cell)?.as_ref()
     }
 
+    /// The levels of one person in one cell, by name.
+    pub(super) fn named(&self, who: &str, cell: Cell) -> Option<&[f64]> {
+        let person = self.people.iter().position(|name| name == who)?;
+        let cell = self.cells.iter().position(|one| one.is(cell))?;
+        Some(&self.at(person, cell)?.db)
+    }
+
     /// Everybody in one cell.
     pub(super) fn in_cell(&self, cell: usize) -> Vec<(&str, &Own)> {
         let people = self.people.iter().enumerate();

@@ -144,20 +144,16 @@ fn criterion(what: MemberCriterion, found: f64, limit: Limit) -> Criterion<Membe
     Criterion::new(what, what.unit(), found, None, limit)
 }
 
+/// Nothing but what rounding leaves.
+const SAME_VALUE: Limit = Limit::Within { reach: SAME };
+
 /// Whether an entry was measured at the load and angle it is filed under; `own` is its own.
 pub(super) fn of_filing(filing: &Filing, own: Cell) -> [Criterion<MemberCriterion>; 2] {
-    let same = Limit::Within { reach: SAME };
+    let load_n = own.load_n.0 - filing.cell.load_n.0;
+    let angle_deg = own.angle_deg.0 - filing.cell.angle_deg.0;
     [
-        criterion(
-            MemberCriterion::Load,
-            own.load_n.0 - filing.cell.load_n.0,
-            same,
-        ),
-        criterion(
-            MemberCriterion::Angle,
-            own.angle_deg.0 - filing.cell.angle_deg.0,
-            same,
-        ),
+        criterion(MemberCriterion::Load, load_n, SAME_VALUE),
+        criterion(MemberCriterion::Angle, angle_deg, SAME_VALUE),
     ]
 }
 
@@ -165,47 +161,31 @@ pub(super) fn of_filing(filing: &Filing, own: Cell) -> [Criterion<MemberCriterio
 pub(super) fn against_first<I: Quantity, O: Quantity>(
     first: &TransferFunction<I, O>,
     other: &TransferFunction<I, O>,
-) -> Vec<Criterion<MemberCriterion>> {
-    let same = Limit::Within { reach: SAME };
-    let none = Limit::at_most(0.0);
-    let lines = [first, other].map(|f| f.response().len() as f64);
-    let differs = |differs: bool| f64::from(u8::from(differs));
-    let benches = first
-        .about
-        .provenance
-        .bench
-        .zip(other.about.provenance.bench);
-    vec![
-        criterion(
-            MemberCriterion::LineSpacing,
-            other.resolution_hz() / first.resolution_hz() - 1.0,
-            same,
-        ),
+) -> [Criterion<MemberCriterion>; 6] {
+    let lines = other.response().len() as f64 - first.response().len() as f64;
+    let spacing = other.resolution_hz() / first.resolution_hz() - 1.0;
+    let rate = other.rate.hz() / first.rate.hz() - 1.0;
+    // A measurement without a stated origin is compatible with any.
+    let [one, two] = [first, other].map(|f| f.about.provenance.bench);
+    let other_bench = one.zip(two).is_some_and(|(one, two)| one != two);
+    let differs = |what, differs: bool| {
+        let found = f64::from(u8::from(differs));
+        criterion(what, found, Limit::at_most(0.0))
+    };
+    [
+        criterion(MemberCriterion::LineSpacing, spacing, SAME_VALUE),
         criterion(
             MemberCriterion::LineCount,
-            lines[1] - lines[0],
+            lines,
             Limit::Within { reach: 0.0 },
         ),
-        criterion(
-            MemberCriterion::Rate,
-            other.rate.hz() / first.rate.hz() - 1.0,
-            same,
-        ),
-        criterion(
-            MemberCriterion::OtherDevice,
-            differs(first.drive != other.drive),
-            none,
-        ),
-        criterion(
+        criterion(MemberCriterion::Rate, rate, SAME_VALUE),
+        differs(MemberCriterion::OtherDevice, first.drive != other.drive),
+        differs(
             MemberCriterion::OtherEstimator,
-            differs(first.estimator != other.estimator),
-            none,
+            first.estimator != other.estimator,
         ),
-        match benches {
-            Some((a, b)) => criterion(MemberCriterion::OtherBench, differs(a != b), none),
-            // A measurement without a stated origin is compatible with any.
-            None => criterion(MemberCriterion::OtherBench, 0.0, none),
-        },
+        differs(MemberCriterion::OtherBench, other_bench),
     ]
 }
 
@@ -245,80 +225,49 @@ pub(super) fn opposite(against: usize, of: usize) -> Criterion<MemberCriterion> 
         met: OPPOSITE_SHARE,
         not_met: 1.0,
     };
-    let share = if of == 0 {
-        0.0
-    } else {
-        against as f64 / of as f64
-    };
+    let share = against as f64 / of.max(1) as f64;
     criterion(MemberCriterion::OppositeSign, share, limit)
 }
 
 impl<I: Quantity, O: Quantity> Panel<I, O> {
-    /// Every measurement with what makes it a member, over `band`, in the order they were given; of `cell` or of all.
+    /// Every measurement with what makes it a member, over `band`, in the order they were given; `signs` are those over `band`.
     ///
     /// Formula: of measurement i, the share of the others j at its load and angle with Re Σ Hᵢ·conj(Hⱼ) < 0 over the lines of
     /// the band; the shares of the band's lines that were not excited, and whose coherence is below 0.8.
-    #[must_use]
-    pub fn members(&self, band: Band, cell: Option<Cell>) -> Vec<Member> {
-        self.members_by(&self.signs(band), band, cell)
-    }
-
-    /// As [`Self::members`], with the signs over `band` that were found before.
-    pub(super) fn members_by(
-        &self,
-        signs: &[Sign<'_>],
-        band: Band,
-        cell: Option<Cell>,
-    ) -> Vec<Member> {
-        let Some(first) = self.entries().first() else {
-            return Vec::new();
+    pub(super) fn members(&self, signs: &[Sign<'_>], band: Band) -> Vec<Member> {
+        let first = &self.entries()[0].function;
+        let member = |entry: &Entry<I, O>| {
+            let (filing, function) = (&entry.filing, &entry.function);
+            let known = &function.about.condition;
+            let own = known.load_n.zip(known.angle_deg);
+            let own = own.map(|(load_n, angle_deg)| Cell { load_n, angle_deg });
+            let filed = own.into_iter().flat_map(|own| of_filing(filing, own));
+            let sign = signs.iter().find(|sign| sign.of.is(filing));
+            let judged = [excited(function, band), low_coherence(function, band)];
+            Member {
+                filing: filing.clone(),
+                criteria: filed
+                    .chain(against_first(first, function))
+                    .chain(sign.map(|sign| sign.criterion.clone()))
+                    .chain(judged)
+                    .collect(),
+            }
         };
-        let chosen = |e: &&Entry<I, O>| cell.is_none_or(|cell| e.filing.cell.is(cell));
-        self.entries()
-            .iter()
-            .filter(chosen)
-            .map(|entry| {
-                let known = &entry.function.about.condition;
-                let own = known.load_n.zip(known.angle_deg);
-                let own = own.map(|(load_n, angle_deg)| Cell { load_n, angle_deg });
-                let mut criteria = Vec::new();
-                criteria.extend(
-                    own.into_iter()
-                        .flat_map(|own| of_filing(&entry.filing, own)),
-                );
-                criteria.extend(against_first(&first.function, &entry.function));
-                let sign = signs.iter().find(|sign| sign.of.is(&entry.filing));
-                criteria.extend(sign.map(|sign| sign.criterion.clone()));
-                criteria.push(excited(&entry.function, band));
-                criteria.push(low_coherence(&entry.function, band));
-                Member {
-                    filing: entry.filing.clone(),
-                    criteria,
-                }
-            })
-            .collect()
+        self.entries().iter().map(member).collect()
     }
 
     /// Every participant with what decides whether all loads and angles can be compared over them.
-    #[must_use]
-    pub fn attendances(&self) -> Vec<Completeness> {
+    pub(super) fn attendances(&self) -> Vec<Completeness> {
         let all = Limit::at_least(self.cells().len() as f64);
-        let measured = |who: &str| {
+        let what = ParticipantCriterion::CellsMeasured;
+        let of = |who: &String| {
             let there = |cell: &&Cell| self.of(who, **cell).next().is_some();
-            self.cells().iter().filter(there).count() as f64
-        };
-        self.participants()
-            .iter()
-            .map(|who| Completeness {
+            let measured = self.cells().iter().filter(there).count() as f64;
+            Completeness {
                 participant: who.clone(),
-                criteria: vec![Criterion::new(
-                    ParticipantCriterion::CellsMeasured,
-                    "",
-                    measured(who),
-                    None,
-                    all,
-                )],
-            })
-            .collect()
+                criteria: vec![Criterion::new(what, "", measured, None, all)],
+            }
+        };
+        self.participants().iter().map(of).collect()
     }
 }

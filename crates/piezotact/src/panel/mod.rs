@@ -8,7 +8,6 @@ mod analysis;
 mod average;
 mod cleaning;
 mod control;
-mod curves;
 mod document;
 mod learning;
 mod levels;
@@ -34,10 +33,7 @@ pub use average::{
     ParticipantPenalty, Verdict, average_of_panel, share_interval,
 };
 pub use cleaning::{CleanedDip, Cleaning, without_artefact};
-pub use control::{Artefact, ArtefactConfig, Dip, Removed, artefact_of};
-pub use curves::{
-    CleaningCurves, Curve, OwnCurve, PanelCurves, RepeatCurve, RepeatCurves, panel_curves,
-};
+pub use control::{Artefact, Dip, Removed, artefact_of};
 pub use document::{AnalysedPanel, FiledMeasurement, PanelKind, PanelOrigin};
 pub use learning::{LearningCriterion, LearningCurve, LearningPoint};
 pub use membership::{Completeness, Member, MemberCriterion, ParticipantCriterion};
@@ -50,12 +46,12 @@ pub use spread::{
 pub use trend::{AngleEffect, LoadStep, ParticipantShape, ParticipantStep};
 pub use warning::{MissingMeasurements, PanelWarning};
 
-use crate::number::rounded;
+use std::collections::BTreeMap;
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::criterion::Outcome;
+use crate::number::rounded;
 use crate::quantity::{Degrees, Newtons, Quantity};
 use crate::transfer::{BundleAverage, TransferError, TransferFunction, average};
 use crate::warning::{Warning, Warnings};
@@ -245,14 +241,23 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
     /// The participants who were measured in every cell.
     #[must_use]
     pub fn complete(&self) -> Vec<&str> {
-        let attendances = self.attendances();
-        let complete = attendances.iter().map(|a| a.outcome() == Outcome::Met);
-        self.participants
-            .iter()
-            .zip(complete)
-            .filter(|(_, complete)| *complete)
-            .map(|(who, _)| who.as_str())
-            .collect()
+        let everywhere = |who: &&str| self.cells.iter().all(|c| self.of(who, *c).next().is_some());
+        let people = self.participants.iter().map(String::as_str);
+        people.filter(everywhere).collect()
+    }
+
+    /// The measurements of one participant in one cell, by the number of the placement.
+    fn placements<'a>(
+        &'a self,
+        participant: &'a str,
+        cell: Cell,
+    ) -> BTreeMap<u32, Vec<&'a TransferFunction<I, O>>> {
+        let mut placements = BTreeMap::<u32, Vec<_>>::new();
+        for entry in self.of(participant, cell) {
+            let repeats = placements.entry(entry.filing.placement).or_default();
+            repeats.push(&entry.function);
+        }
+        placements
     }
 
     /// The transfer function of one participant in one cell: the average of the repeats of each placement, and of the
@@ -266,24 +271,12 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
         cell: Cell,
         averaging: BundleAverage,
     ) -> Result<Option<TransferFunction<I, O>>, TransferError> {
-        let mut numbers: Vec<u32> = self
-            .of(participant, cell)
-            .map(|e| e.filing.placement)
-            .collect();
-        numbers.sort_unstable();
-        numbers.dedup();
-        if numbers.is_empty() {
+        let placements = self.placements(participant, cell);
+        if placements.is_empty() {
             return Ok(None);
         }
-        let mut placements = Vec::with_capacity(numbers.len());
-        for number in numbers {
-            let repeats: Vec<&TransferFunction<I, O>> = self
-                .of(participant, cell)
-                .filter(|e| e.filing.placement == number)
-                .map(|e| &e.function)
-                .collect();
-            placements.push(average(&repeats, averaging)?);
-        }
+        let placements = placements.values().map(|own| average(own, averaging));
+        let placements: Vec<_> = placements.collect::<Result<_, _>>()?;
         let all: Vec<&TransferFunction<I, O>> = placements.iter().collect();
         let mut own = average(&all, averaging)?;
         own.about.condition.participant = Some(participant.to_owned());

@@ -253,12 +253,7 @@ impl AnalysedPanel<'_> {
                 "Each participant was measured once at each load and angle: repeatability cannot be estimated.",
             ));
         }
-        blocks.extend(
-            self.curves
-                .repeats
-                .as_ref()
-                .map(|repeats| Block::Figure(self.repeats(repeats))),
-        );
+        blocks.extend(self.repeats().map(Block::Figure));
         blocks.extend(tables::repeats(found));
         blocks
     }
@@ -297,7 +292,7 @@ impl AnalysedPanel<'_> {
     }
 
     fn cleaned_dips(&self) -> Vec<Block> {
-        let Some((cleaning, curves)) = self.artefact.zip(self.curves.cleaning.as_ref()) else {
+        let Some(cleaning) = self.artefact else {
             return Vec::new();
         };
         let range = |select: &dyn Fn(&CleanedDip) -> f64| {
@@ -335,7 +330,7 @@ impl AnalysedPanel<'_> {
              frequency, fitted to the values around the dip.",
             artefact.depth_db, artefact.at_hz, artefact.window_hz
         );
-        let figures = self.cleaned(cleaning, curves).into_iter();
+        let figures = self.cleaned(cleaning).into_iter();
         vec![
             Block::text(text),
             Block::beside(figures.map(Block::Figure)),

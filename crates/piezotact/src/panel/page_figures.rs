@@ -1,13 +1,17 @@
 //! The figures of a report on a panel, one function for each.
 
+use super::levels::Own;
 use super::{
-    AnalysedPanel, Cell, CellAverage, CellSpread, Cleaning, CleaningCurves, Curve, Filing,
-    PanelAnalysis, RepeatCurve, RepeatCurves,
+    AnalysedPanel, Cell, CellAverage, CellSpread, Cleaning, Entry, Filing, Panel, PanelAnalysis,
 };
 use crate::figure::{Axis, Chart, Figure, Line, Mark, Panels, Scale, Tone};
 use crate::number::counted;
-use crate::quantity::{Band, Degrees, Newtons, Unit};
-use crate::transfer::BundleAverage;
+use crate::quantity::{Band, Degrees, Newtons, Uncalibrated, Unit};
+use crate::transfer::{BundleAverage, TransferFunction};
+
+/// A curve over frequency: Hz, and the value there.
+type Curve = Vec<(f64, f64)>;
+type Measured = Entry<Uncalibrated, Uncalibrated>;
 
 /// One among many.
 const SINGLE: Tone = Tone::Pale;
@@ -59,9 +63,34 @@ fn coloured(lines: Vec<(String, Curve)>) -> Vec<Line> {
         .collect()
 }
 
+/// A curve without the line at 0 Hz.
 fn zipped(frequencies_hz: &[f64], values: &[f64]) -> Curve {
-    let values = values.iter().copied();
-    frequencies_hz.iter().copied().zip(values).collect()
+    let points = frequencies_hz.iter().copied().zip(values.iter().copied());
+    points.filter(|(hz, _)| *hz > 0.0).collect()
+}
+
+/// The measurements of the participant and cell with most of them; among equal counts those in the cell `judged`, then the first.
+fn most_measured(
+    panel: &Panel<Uncalibrated, Uncalibrated>,
+    judged: Option<Cell>,
+) -> Vec<&Measured> {
+    let cells = panel.cells().iter();
+    let groups = panel
+        .participants()
+        .iter()
+        .flat_map(|who| cells.clone().map(move |cell| (who, *cell)));
+    let rank = |(who, cell): &(&String, Cell)| {
+        let in_judged = judged.is_some_and(|judged| judged.is(*cell));
+        (panel.of(who, *cell).count(), in_judged)
+    };
+    let most = groups.reduce(|most, next| {
+        if rank(&most) >= rank(&next) {
+            most
+        } else {
+            next
+        }
+    });
+    most.map_or_else(Vec::new, |(who, cell)| panel.of(who, cell).collect())
 }
 
 fn average_db(average: &CellAverage, averaging: BundleAverage) -> &[f64] {
@@ -168,7 +197,14 @@ pub(super) fn learning(said: &PanelAnalysis) -> Option<Figure> {
 impl AnalysedPanel<'_> {
     /// The level of a participant in one cell.
     fn own(&self, who: &str, cell: Cell) -> Option<Curve> {
-        self.curves.own_db(who, cell).cloned()
+        let levels = &self.analysis.levels;
+        Some(zipped(&levels.frequencies_hz, levels.named(who, cell)?))
+    }
+
+    /// The level of one measurement over the band that is analysed.
+    fn level(&self, function: &TransferFunction<Uncalibrated, Uncalibrated>) -> Curve {
+        let own = Own::of(function, self.analysis.config.band);
+        zipped(&self.analysis.levels.frequencies_hz, &own.db)
     }
 
     /// Magnitudes over the band that is analysed, on one scale in all figures: around all participants in all conditions, and
@@ -249,7 +285,7 @@ impl AnalysedPanel<'_> {
         }
         let complete = |who: &&String| {
             let mut cells = cells.iter();
-            cells.all(|(_, cell)| self.curves.own_db(who, *cell).is_some())
+            cells.all(|(_, cell)| self.analysis.levels.named(who, *cell).is_some())
         };
         let who = self.analysis.participants.iter().find(complete)?;
         let lines = cells.iter();
@@ -300,34 +336,47 @@ impl AnalysedPanel<'_> {
             ))
     }
 
-    /// The counterpart of figure 78: magnitudes and coherences of the participant and cell with most measurements.
-    pub(super) fn repeats(&self, repeats: &RepeatCurves) -> Figure {
-        let of = |curve: fn(&RepeatCurve) -> &Curve| {
-            let named = repeats.each.iter().map(|one| {
+    /// The counterpart of figure 78: magnitudes and coherences of the participant and cell with most measurements; `None` where nobody
+    /// was measured twice in one cell.
+    pub(super) fn repeats(&self) -> Option<Figure> {
+        let each = most_measured(self.panel, self.analysis.judged());
+        let [first, _, ..] = each[..] else {
+            return None;
+        };
+        let of = |curve: &dyn Fn(&Measured) -> Curve| {
+            let named = each.iter().map(|entry| {
                 let Filing {
                     placement, repeat, ..
-                } = one.filing;
+                } = entry.filing;
                 let name = format!("placement {placement}, repeat {repeat}");
-                (name, curve(one).clone())
+                (name, curve(entry))
             });
             coloured(named.collect())
         };
-        let mut lines = of(|one| &one.coherence);
+        let band = self.analysis.config.band;
+        let mut lines = of(&|entry| {
+            let lines = entry.function.lines_in(band);
+            let coherence = lines.map(|(line, _)| entry.function.coherence()[line]);
+            let frequencies_hz = &self.analysis.levels.frequencies_hz;
+            zipped(frequencies_hz, &coherence.collect::<Vec<_>>())
+        });
         for line in &mut lines {
             line.label.clear();
         }
         let lowest = values(&lines).fold(1.0, f64::min);
         let low = if lowest > 0.9 { 0.9 } else { 0.0 };
         let axis = Axis::new("coherence", low, 1.005);
-        let coherence = Chart::new(frequency(self.analysis.config.band), axis, lines);
-        let magnitudes = self.magnitudes(of(|one| &one.level_db));
-        Panels::new(vec![magnitudes, coherence]).captioned(format!(
-            "Repeats of one finger: {} measurements of {} at {}. Coherence: the share of the response power that the drive explains \
-             linearly.",
-            repeats.each.len(),
-            repeats.participant,
-            repeats.cell
-        ))
+        let coherence = Chart::new(frequency(band), axis, lines);
+        let magnitudes = self.magnitudes(of(&|entry| self.level(&entry.function)));
+        Some(
+            Panels::new(vec![magnitudes, coherence]).captioned(format!(
+                "Repeats of one finger: {} measurements of {} at {}. Coherence: the share of the response power that the drive explains \
+                 linearly.",
+                each.len(),
+                first.filing.participant,
+                first.filing.cell
+            )),
+        )
     }
 
     /// Both kinds of average in one cell.
@@ -342,24 +391,116 @@ impl AnalysedPanel<'_> {
     }
 
     /// The counterpart of figure 71: the control, and a finger before and after.
-    pub(super) fn cleaned(&self, cleaning: &Cleaning, curves: &CleaningCurves) -> Vec<Figure> {
-        let control = Line::new("", MEASURED, curves.control_db.clone());
+    pub(super) fn cleaned(&self, cleaning: &Cleaning) -> Vec<Figure> {
+        let control = Line::new("", MEASURED, self.level(&cleaning.control));
         let label = "magnitude of the control, dB";
-        let band = self.analysis.config.band;
-        let mut chart = over_frequency(band, label, vec![control]);
+        let mut chart = over_frequency(self.analysis.config.band, label, vec![control]);
         let window = cleaning.artefact.window_hz;
         chart.shaded.push((window.low().0, window.high().0));
         let mut drawn = vec![chart.captioned(
             "The control measurement, without a finger. Shaded: the band in which the dip is divided out.",
         )];
-        drawn.extend(curves.example_db.as_ref().map(|[before, after]| {
+        let both = cleaning
+            .example_before
+            .as_ref()
+            .zip(self.panel.entries().first());
+        drawn.extend(both.map(|(before, after)| {
             let lines = vec![
-                Line::new("before", SINGLE, before.clone()).thick(),
-                Line::new("after", MEASURED, after.clone()),
+                Line::new("before", SINGLE, self.level(before)).thick(),
+                Line::new("after", MEASURED, self.level(&after.function)),
             ];
             self.magnitudes(lines)
                 .captioned("A finger before and after: the first measurement of the panel.")
         }));
         drawn
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use num_complex::Complex;
+
+    use super::*;
+    use crate::panel::{PanelConfig, analyse};
+    use crate::quantity::{Hertz, SampleRate};
+    use crate::transfer::Estimator;
+
+    /// A flat measurement at a level; no two are the same bit by bit, as no two measurements are.
+    fn flat(who: &str, load_n: f64, [placement, repeat]: [u32; 2], level_db: f64) -> Measured {
+        let own = f64::from(10 * placement + repeat) * 1e-12;
+        let lines = vec![Complex::from(10f64.powf((level_db + own) / 20.0)); 201];
+        let rate = SampleRate::new(2_000.0).unwrap();
+        let coherence = vec![0.9; 201];
+        let mut function =
+            TransferFunction::from_lines(lines, coherence, 5.0, rate, Estimator::H1, 100).unwrap();
+        let filing = Filing {
+            participant: who.into(),
+            cell: cell(load_n),
+            placement,
+            repeat,
+        };
+        function.about.condition.participant = Some(who.into());
+        function.about.condition.load_n = Some(filing.cell.load_n);
+        function.about.condition.angle_deg = Some(filing.cell.angle_deg);
+        Entry { filing, function }
+    }
+
+    fn cell(load_n: f64) -> Cell {
+        let (load_n, angle_deg) = (Newtons(load_n), Degrees(20.0));
+        Cell { load_n, angle_deg }
+    }
+
+    /// Two repeats of one placement count as much as the one of another: 6 dB and (0 dB, 0 dB) are 3 dB, not 2.
+    #[test]
+    fn own_curves_average_placements_not_measurements() {
+        let panel = Panel::new(vec![
+            flat("P1", 0.2, [1, 1], 0.0),
+            flat("P1", 0.2, [1, 2], 0.0),
+            flat("P1", 0.2, [2, 1], 6.0),
+            flat("P2", 0.2, [1, 1], 1.0),
+        ])
+        .unwrap();
+        let band = Band::new(Hertz(20.0), Hertz(900.0)).unwrap();
+        let said = analyse(&panel, &PanelConfig::usual(band, 1)).unwrap();
+        let own = said.levels.named("P1", cell(0.2)).unwrap();
+        assert!(own.iter().all(|db| (db - 3.0).abs() < 1e-6), "{own:?}");
+        let hz = &said.levels.frequencies_hz;
+        assert!((hz[0] - 20.0).abs() < 1e-9 && (hz[own.len() - 1] - 900.0).abs() < 1e-9);
+        assert_eq!(said.levels.named("P1", cell(0.4)), None);
+        assert_eq!(said.levels.named("P3", cell(0.2)), None);
+        let most = most_measured(&panel, said.judged());
+        assert_eq!(most.len(), 3);
+        assert_eq!(
+            (
+                most[2].filing.participant.as_str(),
+                most[2].filing.placement
+            ),
+            ("P1", 2)
+        );
+    }
+
+    /// Of equally many repeats, those in the worst case are shown, whoever comes first.
+    #[test]
+    fn repeats_are_those_of_the_worst_case() {
+        let people = [("P1", 1), ("P2", 1), ("P2", 2), ("P3", 1)];
+        let loads = [0.2, 0.6].into_iter();
+        let entries = loads.flat_map(|load| people.map(|(who, n)| flat(who, load, [1, n], load)));
+        let panel = Panel::new(
+            entries
+                .enumerate()
+                .map(|(i, mut entry)| {
+                    entry.function = entry
+                        .function
+                        .times(|_| Complex::from(1.0 + i as f64 * 1e-9));
+                    entry
+                })
+                .collect(),
+        )
+        .unwrap();
+        for judged in [0.2, 0.6] {
+            let most = most_measured(&panel, Some(cell(judged)));
+            assert_eq!((most.len(), most[0].filing.participant.as_str()), (2, "P2"));
+            assert!(most[0].filing.cell.is(cell(judged)));
+        }
     }
 }

@@ -3,18 +3,15 @@
 use std::cmp::Ordering;
 use std::fmt::Display;
 
+use super::page_tables::table;
 use super::{AnalysedPanel, FiledMeasurement, Member, MemberCriterion};
 use crate::criterion::{Criterion, Limit, Outcome};
 use crate::number::counted;
-use crate::page::{Block, Cell, Column, Table, limit_number, limit_text};
+use crate::page::{Block, Cell, Table, limit_number, limit_text};
 use crate::run::{Attempt, RunCriterion};
 
 /// As many measurements are listed one by one; the others are folded.
 const LISTED: usize = 12;
-
-fn table<const N: usize>(columns: [(&str, &str); N]) -> Table {
-    Table::new(columns.map(|(heading, name)| Column::new(heading, name)))
-}
 
 fn found<W>(criterion: &Criterion<W>) -> String {
     criterion.found.map_or_else(
@@ -83,22 +80,21 @@ pub(super) fn blocks(panel: &AnalysedPanel<'_>) -> Vec<Block> {
         by_rule(&said.members).into(),
     ];
     if !reported.is_empty() {
-        let mut all = table([("measurement", "measurement"), ("not decided", "criteria")]);
         let rows = reported.iter().map(|member| {
             let criteria = member.criteria.iter();
             let open = criteria.filter(|criterion| criterion.outcome != Outcome::Met);
-            vec![Cell::from(member.filing.to_string()), listed(open)]
+            [Cell::from(member.filing.to_string()), listed(open)]
         });
-        all.rows = rows.collect();
+        let columns = [("measurement", "measurement"), ("not decided", "criteria")];
         blocks.push(Block::heading("Included with a criterion not decided"));
-        blocks.extend(shortened(all));
+        blocks.extend(shortened(table(columns, rows)));
     }
     let partly = said.attendances.iter();
     let partly = partly.filter(|one| one.outcome() != Outcome::Met);
-    let mut incomplete = table([("participant", "participant"), ("criterion", "criteria")]);
-    incomplete.rows = partly
-        .map(|one| vec![Cell::from(one.participant.as_str()), listed(&one.criteria)])
-        .collect();
+    let incomplete = table(
+        [("participant", "participant"), ("criterion", "criteria")],
+        partly.map(|one| [Cell::from(one.participant.as_str()), listed(&one.criteria)]),
+    );
     if !incomplete.rows.is_empty() {
         blocks.extend([
             Block::heading(
@@ -116,14 +112,14 @@ pub(super) fn blocks(panel: &AnalysedPanel<'_>) -> Vec<Block> {
 /// Every rule with its limit and the measurement that comes nearest to not meeting it.
 fn by_rule(members: &[Member]) -> Table {
     let rules = members.first().map_or(&[][..], |member| &member.criteria);
-    let mut table = table([
+    let columns = [
         ("criterion", "criterion"),
         ("limit", "limit"),
         ("met", "met"),
         ("not decided", "not_decided"),
         ("worst value", "worst_value"),
         ("measurement", "measurement"),
-    ]);
+    ];
     let row = |rule: MemberCriterion| {
         let all: Vec<(&Member, &Criterion<MemberCriterion>)> = members
             .iter()
@@ -139,7 +135,7 @@ fn by_rule(members: &[Member]) -> Table {
             true => "same for all".to_owned(),
             false => member.filing.to_string(),
         };
-        Some(vec![
+        Some([
             Cell::from(rule.to_string()),
             Cell::from(limit_text(worst.limit, &worst.unit)),
             Cell::rounded(met as f64, 0),
@@ -148,8 +144,7 @@ fn by_rule(members: &[Member]) -> Table {
             Cell::from(where_worst),
         ])
     };
-    table.rows = rules.iter().filter_map(|rule| row(rule.what)).collect();
-    table
+    table(columns, rules.iter().filter_map(|rule| row(rule.what)))
 }
 
 /// What was judged while measuring: every rule at its worst among the accepted, and what was asked for again.
@@ -160,20 +155,20 @@ fn while_measuring(entries: &[&FiledMeasurement]) -> Vec<Block> {
     });
     let (refused, taken): (Vec<_>, Vec<_>) = attempts
         .partition(|(_, attempt): &(_, &Attempt)| attempt.judged.outcome() == Outcome::NotMet);
-    let mut worst = table([
+    let columns = [
         ("criterion", "criterion"),
         ("limit", "limit"),
         ("worst accepted window", "worst_accepted"),
         ("outcome", "outcome"),
         ("measurement", "measurement"),
-    ]);
+    ];
     let row = |rule: RunCriterion| {
         let own = taken.iter().filter_map(|(entry, attempt)| {
             let mut criteria = attempt.judged.criteria.iter();
             Some((entry, criteria.find(|c| c.what == rule)?))
         });
         let (entry, own) = own.max_by(|(_, a), (_, b)| nearer(a, b))?;
-        Some(vec![
+        Some([
             Cell::from(rule.to_string()),
             Cell::from(limit_text(own.limit, &own.unit)),
             Cell::from(found(own)),
@@ -186,7 +181,6 @@ fn while_measuring(entries: &[&FiledMeasurement]) -> Vec<Block> {
         RunCriterion::Coherence,
         RunCriterion::Polarity,
     ];
-    worst.rows = rules.into_iter().filter_map(row).collect();
     let mut blocks = vec![
         Block::heading("Checks during the measurement"),
         Block::text(format!(
@@ -195,19 +189,19 @@ fn while_measuring(entries: &[&FiledMeasurement]) -> Vec<Block> {
             counted(refused.len(), "attempt"),
             if refused.len() == 1 { "was" } else { "were" }
         )),
-        worst.into(),
+        table(columns, rules.into_iter().filter_map(row)).into(),
     ];
     if !refused.is_empty() {
-        let mut all = table([
+        let columns = [
             ("measurement", "measurement"),
             ("attempt", "attempt"),
             ("from, s", "from_s"),
             ("to, s", "to_s"),
             ("criteria", "criteria"),
-        ]);
+        ];
         let rows = refused.iter().map(|(entry, attempt)| {
             let [from_s, to_s] = attempt.judged.window_s;
-            vec![
+            [
                 Cell::from(entry.filing.to_string()),
                 Cell::rounded(attempt.attempt as f64, 0),
                 Cell::rounded(from_s, 0),
@@ -215,9 +209,8 @@ fn while_measuring(entries: &[&FiledMeasurement]) -> Vec<Block> {
                 listed(&attempt.judged.criteria),
             ]
         });
-        all.rows = rows.collect();
         blocks.push(Block::heading("Refused attempts"));
-        blocks.extend(shortened(all));
+        blocks.extend(shortened(table(columns, rows)));
     }
     blocks
 }

@@ -9,8 +9,14 @@ use crate::page::{Block, Cell, Column, Table, fixed};
 use crate::statistics::{Direction, PairedDifference};
 use crate::transfer::BundleAverage;
 
-fn table<const N: usize>(columns: [(&str, &str); N]) -> Table {
-    Table::new(columns.map(|(heading, name)| Column::new(heading, name)))
+/// A table of columns, each with its heading and its name, and rows.
+pub(super) fn table<const N: usize>(
+    columns: [(&str, &str); N],
+    rows: impl IntoIterator<Item = [Cell; N]>,
+) -> Table {
+    let mut table = Table::new(columns.map(|(heading, name)| Column::new(heading, name)));
+    table.rows = rows.into_iter().map(Vec::from).collect();
+    table
 }
 
 /// A mean difference over people with its interval.
@@ -67,14 +73,14 @@ fn count(count: usize) -> Cell {
 
 /// How far people lie apart, by cell.
 pub(super) fn cells(said: &PanelAnalysis) -> Table {
-    let mut table = table([
+    let columns = [
         ("angle, load", "condition"),
         ("participants", "participants"),
         ("maximum deviation, dB", "max_deviation_db"),
         ("at, Hz", "at_hz"),
         ("SD over participants, dB rms", "spread_rms_db"),
         ("participant furthest from the mean", "furthest"),
-    ]);
+    ];
     let rows = said.spreads.iter().map(|spread| {
         let people = spread.people.iter();
         let furthest = people.max_by(|a, b| a.db_rms.total_cmp(&b.db_rms));
@@ -87,7 +93,7 @@ pub(super) fn cells(said: &PanelAnalysis) -> Table {
                 p.at_hz
             )
         });
-        vec![
+        [
             Cell::from(spread.cell.to_string()),
             count(spread.bundle.count),
             Cell::rounded(spread.bundle.max_deviation_db, 1),
@@ -96,13 +102,12 @@ pub(super) fn cells(said: &PanelAnalysis) -> Table {
             furthest.map_or(Cell::Missing(()), Cell::from),
         ]
     });
-    table.rows = rows.collect();
-    table
+    table(columns, rows)
 }
 
 /// The same by bands, with what the average costs; nothing without bands.
 pub(super) fn bands(said: &PanelAnalysis) -> Option<Block> {
-    let mut table = table([
+    let columns = [
         ("angle, load", "condition"),
         ("band", "band"),
         ("maximum deviation, dB", "max_deviation_db"),
@@ -111,23 +116,24 @@ pub(super) fn bands(said: &PanelAnalysis) -> Option<Block> {
             "error of the average for a new participant, dB rms",
             "penalty_db_rms",
         ),
-    ]);
-    for spread in &said.spreads {
-        table.rows.extend(spread.bands.iter().map(|part| {
-            vec![
+    ];
+    let rows = said.spreads.iter().flat_map(|spread| {
+        spread.bands.iter().map(move |part| {
+            [
                 Cell::from(spread.cell.to_string()),
                 Cell::from(part.band_hz.to_string()),
                 Cell::rounded(part.max_deviation_db, 1),
                 Cell::rounded(part.spread_rms_db, 1),
                 Cell::rounded(part.penalty_db_rms, 1),
             ]
-        }));
-    }
+        })
+    });
+    let table = table(columns, rows);
     (!table.rows.is_empty()).then(|| Block::folded("By bands", [table.into()]))
 }
 
 pub(super) fn loads(said: &PanelAnalysis) -> Table {
-    let mut table = table([
+    let columns = [
         ("angle, °", "angle_deg"),
         ("load", "load"),
         ("participants", "participants"),
@@ -138,11 +144,11 @@ pub(super) fn loads(said: &PanelAnalysis) -> Table {
         ("smallest share of rising lines", "least_rising_share"),
         ("paired t, p", "paired_t_p"),
         ("sign test, p", "sign_test_p"),
-    ]);
+    ];
     let rows = said.load_steps.iter().map(|step| {
         let people = step.people.iter();
         let least = people.map(|p| p.mean_db).fold(f64::MAX, f64::min);
-        vec![
+        [
             Cell::from(step.angle_deg.0),
             Cell::from(format!("{} → {}", step.from_n.0, step.to_n)),
             count(step.people.len()),
@@ -155,12 +161,11 @@ pub(super) fn loads(said: &PanelAnalysis) -> Table {
             p_value(step.sign_test_p),
         ]
     });
-    table.rows = rows.collect();
-    table
+    table(columns, rows)
 }
 
 pub(super) fn angles(said: &PanelAnalysis) -> [Block; 2] {
-    let mut table = table([
+    let columns = [
         ("angle", "angle"),
         ("load", "load"),
         ("participants", "participants"),
@@ -172,10 +177,10 @@ pub(super) fn angles(said: &PanelAnalysis) -> [Block; 2] {
         ("gain", "gain"),
         ("paired t, p", "paired_t_p"),
         ("sign test, p", "sign_test_p"),
-    ]);
+    ];
     let rows = said.angle_effects.iter().map(|effect| {
         let load = effect.load_n.map(|load| load.to_string());
-        vec![
+        [
             Cell::from(format!("{}° → {}°", effect.from_deg.0, effect.to_deg.0)),
             Cell::from(load.unwrap_or_else(|| "all loads".into())),
             count(effect.people.len()),
@@ -189,10 +194,9 @@ pub(super) fn angles(said: &PanelAnalysis) -> [Block; 2] {
             p_value(effect.sign_test_p),
         ]
     });
-    table.rows = rows.collect();
     let note =
         "All loads: the mean of the steps of each participant, and the largest of the differences.";
-    [table.into(), Block::note(note)]
+    [table(columns, rows).into(), Block::note(note)]
 }
 
 pub(super) fn repeats(found: &Repeatability) -> Vec<Block> {
@@ -206,7 +210,7 @@ pub(super) fn repeats(found: &Repeatability) -> Vec<Block> {
         .filter_map(|(what, pairs)| Some((what, pairs.as_ref()?)))
         .collect();
     if !pairs.is_empty() {
-        let mut table = table([
+        let columns = [
             ("two measurements of one participant", "measurements"),
             ("groups", "groups"),
             ("pairs", "pairs"),
@@ -214,9 +218,9 @@ pub(super) fn repeats(found: &Repeatability) -> Vec<Block> {
             ("largest", "largest_db_rms"),
             ("largest in", "largest_in"),
             ("SD, dB rms", "spread_rms_db"),
-        ]);
+        ];
         let rows = pairs.into_iter().map(|(what, pairs)| {
-            vec![
+            [
                 Cell::from(what),
                 count(pairs.groups),
                 count(pairs.pairs),
@@ -226,11 +230,10 @@ pub(super) fn repeats(found: &Repeatability) -> Vec<Block> {
                 Cell::rounded(pairs.spread_rms_db, 2),
             ]
         });
-        table.rows = rows.collect();
-        blocks.push(table.into());
+        blocks.push(table(columns, rows).into());
     }
     if !found.components.is_empty() {
-        let mut table = table([
+        let columns = [
             ("band", "band"),
             ("between participants, dB", "participants_db"),
             ("between placements, dB", "placements_db"),
@@ -239,10 +242,10 @@ pub(super) fn repeats(found: &Repeatability) -> Vec<Block> {
                 "share of the variance between participants",
                 "participants_share",
             ),
-        ]);
+        ];
         let db = |value: Option<f64>| value.map_or(Cell::Missing(()), |db| Cell::rounded(db, 2));
         let rows = found.components.iter().map(|part| {
-            vec![
+            [
                 Cell::from(part.band_hz.to_string()),
                 Cell::rounded(part.persons_db, 2),
                 db(part.placements_db),
@@ -250,10 +253,9 @@ pub(super) fn repeats(found: &Repeatability) -> Vec<Block> {
                 share(part.persons_share),
             ]
         });
-        table.rows = rows.collect();
         blocks.extend([
             Block::heading("Components of variance at one load and angle"),
-            table.into(),
+            table(columns, rows).into(),
             Block::note(
                 "Standard deviations. –: every participant placed the finger only once, so the variation between placements is \
                  included in that between participants.",
@@ -286,7 +288,7 @@ fn within(costs: &CellPenalties) -> Cell {
 pub(super) fn averages(said: &PanelAnalysis) -> Table {
     let limit = said.config.criterion.db_rms;
     let within_heading = format!("participants within {limit} dB");
-    let mut table = table([
+    let columns = [
         ("angle, load", "condition"),
         ("average", "average"),
         (
@@ -298,29 +300,29 @@ pub(super) fn averages(said: &PanelAnalysis) -> Table {
             "largest_error_db",
         ),
         ("largest for", "largest_for"),
-        (&within_heading, "share_within"),
+        (within_heading.as_str(), "share_within"),
         ("sufficient", "sufficient"),
         ("participants to decide", "participants_to_decide"),
         ("participants needed (95 %)", "participants_needed"),
-    ]);
-    for average in &said.averages {
-        let curve = said.learning.iter().find(|c| c.cell.is(average.cell));
-        for averaging in [BundleAverage::LogMagnitude, BundleAverage::Complex] {
+    ];
+    let both = [BundleAverage::LogMagnitude, BundleAverage::Complex];
+    let rows = said.averages.iter().flat_map(|average| {
+        both.map(|averaging| {
             let costs = average.penalties_of(averaging);
             let interval = costs
                 .new_person_db_rms
                 .map_or(String::new(), |[low, high]| {
                     format!(" ({} to {})", fixed(low, 2), fixed(high, 2))
                 });
-            let error = Cell::Rounded {
-                value: costs.mean_db_rms,
-                text: fixed(costs.mean_db_rms, 2) + &interval,
-            };
-            let needed = curve.filter(|c| c.averaging == averaging).and_then(enough);
-            table.rows.push(vec![
+            let mut curves = said.learning.iter();
+            let curve = curves.find(|c| c.cell.is(average.cell) && c.averaging == averaging);
+            [
                 Cell::from(average.cell.to_string()),
                 Cell::from(averaging.name()),
-                error,
+                Cell::Rounded {
+                    value: costs.mean_db_rms,
+                    text: fixed(costs.mean_db_rms, 2) + &interval,
+                },
                 Cell::rounded(costs.mean_db_max, 1),
                 Cell::from(format!(
                     "{}: {:.1} dB rms",
@@ -329,9 +331,9 @@ pub(super) fn averages(said: &PanelAnalysis) -> Table {
                 within(costs),
                 Cell::from(costs.verdict.outcome.answer()),
                 costs.verdict.people_needed.map_or(Cell::Missing(()), count),
-                needed.unwrap_or(Cell::Missing(())),
-            ]);
-        }
-    }
-    table
+                curve.and_then(enough).unwrap_or(Cell::Missing(())),
+            ]
+        })
+    });
+    table(columns, rows)
 }

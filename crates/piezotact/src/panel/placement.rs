@@ -102,27 +102,16 @@ fn groups<I: Quantity, O: Quantity>(
     let mut groups = Vec::new();
     for who in panel.participants() {
         for cell in panel.cells() {
-            let mut numbers: Vec<u32> = panel.of(who, *cell).map(|e| e.filing.placement).collect();
-            numbers.sort_unstable();
-            numbers.dedup();
-            let repeats = |number: u32| {
-                let own = panel.of(who, *cell);
-                own.filter(move |e| e.filing.placement == number)
-                    .map(|e| &e.function)
-            };
+            let placements = panel.placements(who, *cell);
             match of {
                 SpreadKind::Placements => {
-                    let placed = numbers.iter().map(|number| {
-                        let own: Vec<&TransferFunction<I, O>> = repeats(*number).collect();
-                        average(&own, BundleAverage::LogMagnitude)
-                    });
+                    let placed = placements.values();
+                    let placed = placed.map(|own| average(own, BundleAverage::LogMagnitude));
                     groups.push((*cell, placed.collect::<Result<Vec<_>, _>>()?));
                 }
                 SpreadKind::Repeats => {
-                    let each = numbers
-                        .iter()
-                        .map(|number| repeats(*number).cloned().collect());
-                    groups.extend(each.map(|own| (*cell, own)));
+                    let each = placements.into_values();
+                    groups.extend(each.map(|own| (*cell, own.into_iter().cloned().collect())));
                 }
             }
         }
@@ -142,20 +131,10 @@ fn departure<I: Quantity, O: Quantity>(
         .zip(own.coherence())
         .map(|((own, middle), coherence)| {
             let ratio = own / middle;
-            let known = ratio.is_finite() && ratio.norm() > 0.0;
-            let weight = if known {
-                coherence.clamp(0.0, 1.0)
-            } else {
-                0.0
-            };
-            (
-                if known {
-                    ratio.ln()
-                } else {
-                    Complex::default()
-                },
-                weight,
-            )
+            match ratio.is_finite() && ratio.norm() > 0.0 {
+                true => (ratio.ln(), coherence.clamp(0.0, 1.0)),
+                false => (Complex::default(), 0.0),
+            }
         })
         .collect();
     let reach = SMOOTHED_OCTAVES.exp2();

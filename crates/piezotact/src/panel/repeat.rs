@@ -1,11 +1,14 @@
 //! Repeatability of measurements with and without replacing the finger, and the components of their variance.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 
 use super::levels::{Own, robust_score};
 use super::{Cell, Panel, PanelError};
 use crate::quantity::{Band, Quantity};
 use crate::statistics::{mean, rms};
+use crate::transfer::TransferFunction;
 use crate::warning::{Scatter, ScatterWarning, Warning};
 
 /// Repeats of one person that are this many times further apart than those of the usual person may be of two people.
@@ -74,12 +77,24 @@ pub struct Components {
     pub persons_share: f64,
 }
 
-/// One measurement.
-struct Single {
-    person: usize,
-    cell: usize,
-    placement: u32,
-    db: Vec<f64>,
+/// The measurements of one person in one cell.
+struct Placed<'a> {
+    who: &'a str,
+    cell: Cell,
+    /// The levels of the repeats of every placement, dB, by its number.
+    placements: BTreeMap<u32, Vec<Vec<f64>>>,
+}
+
+impl Placed<'_> {
+    fn measurements(&self) -> f64 {
+        self.placements.values().map(Vec::len).sum::<usize>() as f64
+    }
+
+    /// The sum of the squares of the numbers of repeats.
+    fn squared(&self) -> f64 {
+        let repeats = self.placements.values();
+        repeats.map(|repeats| (repeats.len() as f64).powi(2)).sum()
+    }
 }
 
 /// The repeatability of the measurements of `panel` over `band`, with the variance components there and in its parts `bands`; and
@@ -106,104 +121,75 @@ pub fn repeatability<I: Quantity, O: Quantity>(
     if frequencies_hz.is_empty() {
         return Err(PanelError::Empty { band });
     }
-    let singles = singles(panel, band);
-    let (mut lying, mut put_back) = (Vec::new(), Vec::new());
-    for (person, who) in panel.participants().iter().enumerate() {
-        for (cell, at) in panel.cells().iter().enumerate() {
-            let own: Vec<&Single> = singles
-                .iter()
-                .filter(|s| (s.person, s.cell) == (person, cell))
+    let mut placed = Vec::new();
+    for who in panel.participants() {
+        for cell in panel.cells() {
+            let levels = |own: Vec<&TransferFunction<I, O>>| {
+                own.iter().map(|f| Own::of(*f, band).db).collect()
+            };
+            let placements = panel.placements(who, *cell).into_iter();
+            let placements = placements
+                .map(|(number, own)| (number, levels(own)))
                 .collect();
-            let placements = by_placement(&own);
-            lying.extend(placements.iter().filter_map(|repeats| {
-                let name = match placements.len() {
-                    1 => format!("{who} at {at}"),
-                    _ => format!("{who} at {at}, placement {}", repeats[0].placement),
-                };
-                Group::of(name, &pairs(repeats), repeats.iter().map(|s| s.db.clone()))
-            }));
-            let name = format!("{who} at {at}");
-            let means = placements.iter().map(|repeats| mean_of(repeats));
-            put_back.extend(Group::of(name, &pairs_across(&placements), means));
+            placed.push(Placed {
+                who,
+                cell: *cell,
+                placements,
+            });
         }
     }
-    let mut warnings = mixed(&lying, "repeats", Some(MOST_APART_DB));
-    warnings.extend(mixed(&put_back, "placements", None));
-    let mut parts = vec![band];
-    parts.extend_from_slice(bands);
-    let components = parts
-        .into_iter()
-        .filter_map(|part| components(&singles, panel.cells(), &frequencies_hz, part))
-        .collect();
+    let (mut lying, mut put_back) = (Vec::new(), Vec::new());
+    for Placed {
+        who,
+        cell,
+        placements,
+    } in &placed
+    {
+        let name = format!("{who} at {cell}");
+        for (number, repeats) in placements {
+            let name = match placements.len() {
+                1 => name.clone(),
+                _ => format!("{name}, placement {number}"),
+            };
+            let pairs = repeats.iter().enumerate();
+            let pairs = pairs.flat_map(|(i, a)| repeats[..i].iter().map(|b| apart(a, b)));
+            lying.extend(Group::of(name, pairs.collect(), repeats));
+        }
+        let mut across = Vec::new();
+        for (i, one) in placements.values().enumerate() {
+            for other in placements.values().take(i) {
+                across.extend(one.iter().flat_map(|a| other.iter().map(|b| apart(a, b))));
+            }
+        }
+        let means: Vec<Vec<f64>> = placements
+            .values()
+            .map(|repeats| mean_of(repeats))
+            .collect();
+        put_back.extend(Group::of(name, across, &means));
+    }
+    let mut warnings = mixed(&lying, "repeats", MOST_APART_DB);
+    // How far few placements may lie apart is not known.
+    warnings.extend(mixed(&put_back, "placements", f64::INFINITY));
+    let parts = std::iter::once(&band).chain(bands);
     let repeatability = Repeatability {
         lying: distances(&lying),
         put_back: distances(&put_back),
+        components: parts
+            .filter_map(|part| components(&placed, panel.cells(), &frequencies_hz, *part))
+            .collect(),
         frequencies_hz,
-        components,
     };
     Ok((repeatability, warnings))
 }
 
-fn singles<I: Quantity, O: Quantity>(panel: &Panel<I, O>, band: Band) -> Vec<Single> {
-    panel
-        .entries()
-        .iter()
-        .filter_map(|entry| {
-            let filing = &entry.filing;
-            Some(Single {
-                person: panel
-                    .participants()
-                    .iter()
-                    .position(|p| *p == filing.participant)?,
-                cell: panel.cells().iter().position(|c| c.is(filing.cell))?,
-                placement: filing.placement,
-                db: Own::of(&entry.function, band).db,
-            })
-        })
-        .collect()
-}
-
-fn by_placement<'a>(own: &[&'a Single]) -> Vec<Vec<&'a Single>> {
-    let mut numbers: Vec<u32> = own.iter().map(|s| s.placement).collect();
-    numbers.sort_unstable();
-    numbers.dedup();
-    numbers
-        .into_iter()
-        .map(|number| {
-            own.iter()
-                .copied()
-                .filter(|s| s.placement == number)
-                .collect()
-        })
-        .collect()
-}
-
-fn mean_of(repeats: &[&Single]) -> Vec<f64> {
-    let curves: Vec<&[f64]> = repeats.iter().map(|s| s.db.as_slice()).collect();
+fn mean_of(curves: &[Vec<f64>]) -> Vec<f64> {
+    let curves: Vec<&[f64]> = curves.iter().map(Vec::as_slice).collect();
     super::spread::mean_curve(&curves)
 }
 
-fn apart(a: &Single, b: &Single) -> f64 {
-    let off: Vec<f64> = a.db.iter().zip(&b.db).map(|(a, b)| a - b).collect();
+fn apart(a: &[f64], b: &[f64]) -> f64 {
+    let off: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
     rms(&off)
-}
-
-fn pairs(repeats: &[&Single]) -> Vec<f64> {
-    repeats
-        .iter()
-        .enumerate()
-        .flat_map(|(i, a)| repeats[..i].iter().map(|b| apart(a, b)))
-        .collect()
-}
-
-fn pairs_across(placements: &[Vec<&Single>]) -> Vec<f64> {
-    let mut found = Vec::new();
-    for (i, one) in placements.iter().enumerate() {
-        for other in &placements[..i] {
-            found.extend(one.iter().flat_map(|a| other.iter().map(|b| apart(a, b))));
-        }
-    }
-    found
 }
 
 /// Measurements that should be alike.
@@ -216,26 +202,19 @@ struct Group {
 }
 
 impl Group {
-    fn of(
-        name: String,
-        distances_db: &[f64],
-        curves: impl Iterator<Item = Vec<f64>>,
-    ) -> Option<Self> {
+    fn of(name: String, distances_db: Vec<f64>, curves: &[Vec<f64>]) -> Option<Self> {
         if distances_db.is_empty() {
             return None;
         }
-        let curves: Vec<Vec<f64>> = curves.collect();
-        let slices: Vec<&[f64]> = curves.iter().map(Vec::as_slice).collect();
-        let middle = super::spread::mean_curve(&slices);
-        let squares = middle
-            .iter()
-            .enumerate()
-            .map(|(line, middle)| curves.iter().map(|c| (c[line] - middle).powi(2)).sum())
-            .collect();
+        let middle = mean_of(curves);
+        let off = |line: usize| curves.iter().map(move |c| c[line]);
+        let lines = middle.iter().enumerate();
         Some(Self {
             name,
-            distances_db: distances_db.to_vec(),
-            squares,
+            distances_db,
+            squares: lines
+                .map(|(line, middle)| off(line).map(|db| (db - middle).powi(2)).sum())
+                .collect(),
             freedom: curves.len() - 1,
         })
     }
@@ -268,31 +247,23 @@ fn distances(groups: &[Group]) -> Option<PairDistances> {
     })
 }
 
-fn mixed(groups: &[Group], what: &str, most_apart_db: Option<f64>) -> Vec<Warning> {
-    if groups.len() < ENOUGH_GROUPS {
-        let far = |group: &&Group| most_apart_db.is_some_and(|most| group.largest() > most);
-        let warning = |group: &Group| {
-            Warning::from(ScatterWarning::Scatter {
-                of: Scatter::RepeatsOfParticipant {
-                    kind: what.into(),
-                    participant: group.name.clone(),
-                    db_rms: group.largest(),
-                    usual_db_rms: most_apart_db.unwrap_or_default(),
-                },
-            })
-        };
-        return groups.iter().filter(far).map(warning).collect();
-    }
+/// A warning for every group whose largest distance is unusual; of few groups, one beyond `most_apart_db`.
+fn mixed(groups: &[Group], what: &str, most_apart_db: f64) -> Vec<Warning> {
+    let few = groups.len() < ENOUGH_GROUPS;
     let largest: Vec<f64> = groups.iter().map(Group::largest).collect();
-    let usual_db_rms = crate::statistics::median(&mut largest.clone()).unwrap_or(f64::NAN);
-    groups
-        .iter()
-        .zip(&largest)
-        .filter(|(_, db)| {
-            **db > MIXED_LEAST_DB
-                && **db > MIXED_RATIO * usual_db_rms
-                && robust_score(&largest, **db, 1e-3) > MIXED_SCORE
-        })
+    let median = crate::statistics::median(&mut largest.clone()).unwrap_or(f64::NAN);
+    let usual_db_rms = if few { most_apart_db } else { median };
+    let is_unusual = |db: f64| match few {
+        true => db > most_apart_db,
+        false => {
+            db > MIXED_LEAST_DB
+                && db > MIXED_RATIO * usual_db_rms
+                && robust_score(&largest, db, 1e-3) > MIXED_SCORE
+        }
+    };
+    let unusual = groups.iter().zip(&largest);
+    let unusual = unusual.filter(|(_, db)| is_unusual(**db));
+    unusual
         .map(|(group, db)| {
             Warning::from(ScatterWarning::Scatter {
                 of: Scatter::RepeatsOfParticipant {
@@ -306,23 +277,21 @@ fn mixed(groups: &[Group], what: &str, most_apart_db: Option<f64>) -> Vec<Warnin
         .collect()
 }
 
-/// Sums of squares and the coefficients of their expectations, added over cells.
+/// Of people, placements and repeats, added over cells.
 #[derive(Default)]
 struct Sums {
-    persons: f64,
+    /// The sums of squares, with those of all lines together.
+    squares: [f64; 3],
+    freedom: [f64; 3],
+    /// The coefficient in the expectations of the squares: of the variance of people in those of people, and of placements in those of
+    /// placements and of people.
+    people: f64,
     placements: f64,
-    repeats: f64,
-    persons_freedom: f64,
-    placements_freedom: f64,
-    repeats_freedom: f64,
-    /// Of the persons' variance in the persons' squares, of the placements' in theirs, and in the persons'.
-    persons_in_persons: f64,
-    placements_in_placements: f64,
-    placements_in_persons: f64,
+    placements_in_people: f64,
 }
 
 fn components(
-    singles: &[Single],
+    placed: &[Placed<'_>],
     cells: &[Cell],
     frequencies_hz: &[f64],
     part: Band,
@@ -330,94 +299,75 @@ fn components(
     let lines: Vec<usize> = (0..frequencies_hz.len())
         .filter(|line| part.contains(frequencies_hz[*line]))
         .collect();
-    if lines.is_empty() {
-        return None;
-    }
     let mut sums = Sums::default();
-    for cell in 0..cells.len() {
-        let inside: Vec<&Single> = singles.iter().filter(|s| s.cell == cell).collect();
-        add_cell(&mut sums, &inside, &lines);
+    for cell in cells {
+        let inside = placed.iter().filter(|p| p.cell.is(*cell));
+        sums.add(
+            &inside
+                .filter(|p| !p.placements.is_empty())
+                .collect::<Vec<_>>(),
+            &lines,
+        );
     }
-    let count = lines.len() as f64;
-    let (persons, placements, repeats) = (
-        sums.persons / count,
-        sums.placements / count,
-        sums.repeats / count,
-    );
-    let repeats_var = (sums.repeats_freedom > 0.0).then(|| repeats / sums.repeats_freedom);
-    let noise = repeats_var.unwrap_or(0.0);
-    let placements_var = (sums.placements_freedom > 0.0).then(|| {
-        ((placements - sums.placements_freedom * noise) / sums.placements_in_placements).max(0.0)
-    });
-    if sums.persons_freedom <= 0.0 {
+    if lines.is_empty() || sums.freedom[0] <= 0.0 {
         return None;
     }
+    let [people, placements, repeats] = sums.squares.map(|sum| sum / lines.len() as f64);
+    let [people_freedom, placements_freedom, repeats_freedom] = sums.freedom;
+    let repeats_var = (repeats_freedom > 0.0).then(|| repeats / repeats_freedom);
+    let noise = repeats_var.unwrap_or(0.0);
+    let placements_var = (placements_freedom > 0.0)
+        .then(|| ((placements - placements_freedom * noise) / sums.placements).max(0.0));
     let placed = placements_var.unwrap_or(0.0);
-    let persons_var =
-        ((persons - sums.persons_freedom * noise - sums.placements_in_persons * placed)
-            / sums.persons_in_persons)
-            .max(0.0);
-    let total = persons_var + placed + noise;
+    let people = people - people_freedom * noise - sums.placements_in_people * placed;
+    let people_var = (people / sums.people).max(0.0);
+    let total = people_var + placed + noise;
     Some(Components {
         band_hz: part,
-        persons_db: persons_var.sqrt(),
+        persons_db: people_var.sqrt(),
         placements_db: placements_var.map(f64::sqrt),
         repeats_db: repeats_var.map(f64::sqrt),
-        persons_share: if total > 0.0 {
-            persons_var / total
-        } else {
-            0.0
-        },
+        persons_share: if total > 0.0 { people_var / total } else { 0.0 },
     })
 }
 
-fn add_cell(sums: &mut Sums, inside: &[&Single], lines: &[usize]) {
-    let mut people: Vec<usize> = inside.iter().map(|s| s.person).collect();
-    people.sort_unstable();
-    people.dedup();
-    if people.is_empty() {
-        return;
-    }
-    let nested: Vec<Vec<Vec<&Single>>> = people
-        .iter()
-        .map(|person| {
-            let own: Vec<&Single> = inside
+impl Sums {
+    /// Adds the people of one cell.
+    fn add(&mut self, inside: &[&Placed<'_>], lines: &[usize]) {
+        if inside.is_empty() {
+            return;
+        }
+        let people = inside.len() as f64;
+        let placements = inside.iter().map(|p| p.placements.len()).sum::<usize>() as f64;
+        let over =
+            |value: &dyn Fn(&Placed<'_>) -> f64| inside.iter().map(|p| value(p)).sum::<f64>();
+        let all = over(&|p| p.measurements());
+        let within = over(&|p| p.squared() / p.measurements());
+        for (sum, add) in
+            self.freedom
+                .iter_mut()
+                .zip([people - 1.0, placements - people, all - placements])
+        {
+            *sum += add;
+        }
+        self.people += all - over(&|p| p.measurements().powi(2)) / all;
+        self.placements += all - within;
+        self.placements_in_people += within - over(&|p| p.squared()) / all;
+        for &line in lines {
+            let at = |repeats: &[Vec<f64>]| repeats.iter().map(|db| db[line]).collect::<Vec<f64>>();
+            let own: Vec<Vec<Vec<f64>>> = inside
                 .iter()
-                .copied()
-                .filter(|s| s.person == *person)
+                .map(|p| p.placements.values().map(|repeats| at(repeats)).collect())
                 .collect();
-            by_placement(&own)
-        })
-        .collect();
-    let size = |person: &[Vec<&Single>]| person.iter().map(Vec::len).sum::<usize>() as f64;
-    let squared = |person: &[Vec<&Single>]| -> f64 {
-        person
-            .iter()
-            .map(|repeats| (repeats.len() as f64).powi(2))
-            .sum()
-    };
-    let all = inside.len() as f64;
-    let placements: usize = nested.iter().map(Vec::len).sum();
-    let within: f64 = nested.iter().map(|p| squared(p) / size(p)).sum();
-    let over: f64 = nested.iter().map(|p| squared(p)).sum::<f64>() / all;
-    let people_squared: f64 = nested.iter().map(|p| size(p).powi(2)).sum::<f64>() / all;
-    sums.persons_freedom += people.len() as f64 - 1.0;
-    sums.placements_freedom += (placements - people.len()) as f64;
-    sums.repeats_freedom += all - placements as f64;
-    sums.persons_in_persons += all - people_squared;
-    sums.placements_in_placements += all - within;
-    sums.placements_in_persons += within - over;
-    for &line in lines {
-        let grand = mean(&inside.iter().map(|s| s.db[line]).collect::<Vec<_>>());
-        for person in &nested {
-            let own: Vec<f64> = person.iter().flatten().map(|s| s.db[line]).collect();
-            let own_mean = mean(&own);
-            sums.persons += own.len() as f64 * (own_mean - grand).powi(2);
-            for repeats in person {
-                let db: Vec<f64> = repeats.iter().map(|s| s.db[line]).collect();
-                let middle = mean(&db);
-                sums.placements += db.len() as f64 * (middle - own_mean).powi(2);
-                sums.repeats += db.iter().map(|v| (v - middle).powi(2)).sum::<f64>();
+            let grand = mean(&own.concat().concat());
+            for person in &own {
+                let own_mean = mean(&person.concat());
+                self.squares[0] += person.concat().len() as f64 * (own_mean - grand).powi(2);
+                for repeats in person {
+                    let middle = mean(repeats);
+                    self.squares[1] += repeats.len() as f64 * (middle - own_mean).powi(2);
+                    self.squares[2] += repeats.iter().map(|db| (db - middle).powi(2)).sum::<f64>();
+                }
             }
         }
     }

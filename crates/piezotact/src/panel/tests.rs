@@ -494,8 +494,7 @@ fn plate(
 #[test]
 fn a_known_notch_is_taken_out_and_nothing_else() {
     let own = |hz: f64| Complex::from_polar(30.0 * (hz.max(1.0) / 265.0).powf(0.3), -hz * 0.002);
-    let config = ArtefactConfig::usual(band());
-    let artefact = artefact_of(&plate(|hz| own(hz) * notch(hz), 0.99), &config).unwrap();
+    let artefact = artefact_of(&plate(|hz| own(hz) * notch(hz), 0.99), band()).unwrap();
     assert!((artefact.at_hz - 265.0).abs() < 1e-9, "{}", artefact.at_hz);
     // 12.04 dB, less the 0.2 dB by which the wings of the notch lower the line.
     assert!(
@@ -536,15 +535,14 @@ fn a_known_notch_is_taken_out_and_nothing_else() {
 
 #[test]
 fn a_control_that_says_nothing_is_refused_or_reported() {
-    let config = ArtefactConfig::usual(band());
-    let flat = artefact_of(&plate(|_| db(3.0), 0.99), &config)
+    let flat = artefact_of(&plate(|_| db(3.0), 0.99), band())
         .unwrap_err()
         .to_string();
     assert!(
         flat.contains("no dip") && flat.contains("without a finger"),
         "{flat}"
     );
-    let reported = artefact_of(&plate(notch, 0.4), &config).unwrap();
+    let reported = artefact_of(&plate(notch, 0.4), band()).unwrap();
     assert!(
         matches!(&reported.warnings[..], [warning] if matches!(warning.kind(), Some(PanelWarning::ControlIncoherent { .. })))
     );

@@ -232,6 +232,12 @@ impl Sign<'_> {
     }
 }
 
+/// A criterion of a measurement, and how much of the band does not meet it, with its warning.
+type Check<'a, I, O> = (
+    &'a dyn Fn(&TransferFunction<I, O>) -> Criterion<MemberCriterion>,
+    &'a dyn Fn(&TransferFunction<I, O>) -> (f64, Option<Warning>),
+);
+
 impl<I: Quantity, O: Quantity> Panel<I, O> {
     /// The warning about twins of different seeds: other people, under the same names.
     pub(super) fn of_several_twins(&self) -> Option<Warning> {
@@ -264,14 +270,15 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
                 .filter(|e| e.filing.cell.is(*cell))
                 .collect();
             let others = inside.len().saturating_sub(1);
-            for (i, entry) in inside.iter().enumerate() {
+            for entry in &inside {
+                let opposite = |other: &&&Entry<I, O>| {
+                    !std::ptr::eq(**other, *entry)
+                        && shared_power(&entry.function, &other.function, band) < 0.0
+                };
                 let against: Vec<&Filing> = inside
                     .iter()
-                    .enumerate()
-                    .filter(|(j, other)| {
-                        *j != i && shared_power(&entry.function, &other.function, band) < 0.0
-                    })
-                    .map(|(_, other)| &other.filing)
+                    .filter(opposite)
+                    .map(|other| &other.filing)
                     .collect();
                 signs.push(Sign {
                     of: &entry.filing,
@@ -287,35 +294,29 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
     /// The warnings about parts of `band` that were not excited or have low coherence: the worst case, with the number of
     /// measurements concerned, in one cell or in all.
     pub(super) fn unsound(&self, band: Band, cell: Option<Cell>) -> Vec<Warning> {
-        let inside = || {
-            self.entries
-                .iter()
-                .filter(move |e| cell.is_none_or(|cell| e.filing.cell.is(cell)))
-        };
+        let inside = self
+            .entries
+            .iter()
+            .filter(|e| cell.is_none_or(|cell| e.filing.cell.is(cell)));
+        let checks: [Check<'_, I, O>; 2] = [
+            (&|of| membership::excited(of, band), &|of| {
+                (of.unexcited_share(band), of.not_excited(band))
+            }),
+            (&|of| membership::low_coherence(of, band), &|of| {
+                let share = of.low_coherence_share(band, LOW_COHERENCE);
+                (share, of.low_coherence(band, LOW_COHERENCE))
+            }),
+        ];
         let mut warnings = Vec::new();
-        for coherence in [false, true] {
-            let all: Vec<(String, f64, Option<Warning>)> = inside()
-                .map(|e| {
-                    let of = &e.function;
-                    let (share, found) = match coherence {
-                        true => (
-                            of.low_coherence_share(band, LOW_COHERENCE),
-                            membership::low_coherence(of, band),
-                        ),
-                        false => (of.unexcited_share(band), membership::excited(of, band)),
-                    };
-                    let warning = || match coherence {
-                        true => of.low_coherence(band, LOW_COHERENCE),
-                        false => of.not_excited(band),
-                    };
-                    let raised = (found.outcome != Outcome::Met).then(warning).flatten();
-                    (e.filing.to_string(), share, raised)
-                })
-                .collect();
-            let worst = all
-                .iter()
-                .filter(|(.., raised)| raised.is_some())
-                .max_by(|a, b| a.1.total_cmp(&b.1));
+        for (judge, warn) in checks {
+            let each = inside.clone().map(|e| {
+                let (share, warning) = warn(&e.function);
+                let raised = judge(&e.function).outcome != Outcome::Met;
+                (e.filing.to_string(), share, warning.filter(|_| raised))
+            });
+            let all: Vec<(String, f64, Option<Warning>)> = each.collect();
+            let worst = all.iter().filter(|(.., raised)| raised.is_some());
+            let worst = worst.max_by(|a, b| a.1.total_cmp(&b.1));
             warnings.extend(worst.and_then(|(.., raised)| raised.clone()));
             warnings.extend(super::average::of_members(
                 all.iter()

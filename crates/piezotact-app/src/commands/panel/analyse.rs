@@ -4,8 +4,7 @@ use std::path::Path;
 
 use anyhow::{Context as _, anyhow};
 use piezotact::panel::{
-    AnalysedPanel, ArtefactConfig, Cleaning, Panel, PanelConfig, PanelOrigin, analyse,
-    without_artefact,
+    AnalysedPanel, Cleaning, Panel, PanelConfig, PanelOrigin, analyse, without_artefact,
 };
 use piezotact::quantity::Uncalibrated;
 use piezotact_dataset::{PanelFolder, function_of_any_unit, panel_of, read_transfer};
@@ -34,7 +33,7 @@ pub(crate) fn run(args: &Analyse) -> Outcome {
         units: [&contents.drive_unit, &contents.response_unit],
     };
     let analysed = AnalysedPanel::of(&said, &panel, origin, cleaning.as_ref());
-    deliver(&args.outputs, &analysed.with_context(named)?)
+    deliver(&args.outputs, &analysed)
 }
 
 /// The folder, unless the criterion is none or an output would replace something of it.
@@ -61,8 +60,7 @@ fn cleaned(args: &Analyse, panel: AnyPanel) -> Outcome<(AnyPanel, Option<Cleanin
         return Ok((panel, None));
     };
     let control = function_of_any_unit(&read_transfer(path)?, path)?;
-    let config = ArtefactConfig::usual(args.band);
-    let cleaned = without_artefact(&panel, control, &config);
+    let cleaned = without_artefact(&panel, control, args.band);
     let (panel, cleaning) = cleaned.with_context(|| path.display().to_string())?;
     Ok((panel, Some(cleaning)))
 }
