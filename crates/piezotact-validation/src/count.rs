@@ -305,6 +305,8 @@ pub struct Miss {
     pub mean: Option<f64>,
     /// Its standard deviation over these panels; absent for fewer than two.
     pub sd: Option<f64>,
+    /// The range of 95 % of what was found: of forty panels all but the lowest and the highest; absent for fewer.
+    pub range: Option<[f64; 2]>,
 }
 
 fn claim_count(number: u8, panels: &[&PanelFindings]) -> Option<ClaimCount> {
@@ -373,7 +375,8 @@ fn miss<'a>(rule: impl Iterator<Item = &'a Criterion<ClaimRule>>) -> Option<Miss
     let first = missed.first()?;
     // In the words of the first panel, which is that of the report.
     let words = all.first().map_or(&first.what, |panel| &panel.what);
-    let found: Vec<f64> = all.iter().filter_map(|c| c.found).collect();
+    let mut found: Vec<f64> = all.iter().filter_map(|c| c.found).collect();
+    found.sort_by(f64::total_cmp);
     let margins = missed
         .iter()
         .filter_map(|c| Some(distance(c.limit, c.found?)));
@@ -389,7 +392,18 @@ fn miss<'a>(rule: impl Iterator<Item = &'a Criterion<ClaimRule>>) -> Option<Miss
         largest_margin: margins.last().copied(),
         mean: (!found.is_empty()).then(|| mean(&found)),
         sd: (found.len() > 1).then(|| standard_deviation(&found)),
+        range: middle(&found),
     })
+}
+
+/// The lowest and the highest of the middle 95 % of `sorted`.
+fn middle(sorted: &[f64]) -> Option<[f64; 2]> {
+    let beyond = sorted.len() / 40;
+    let within = sorted.get(beyond..sorted.len() - beyond)?;
+    match beyond {
+        0 => None,
+        _ => Some([*within.first()?, *within.last()?]),
+    }
 }
 
 /// How far `found` is from where `limit` is met.
@@ -471,6 +485,18 @@ mod tests {
         let unknown = counted(vec![of(f64::NAN)]);
         assert_eq!((unknown.held, unknown.misses[0].largest_margin), (0, None));
         assert_eq!(unknown.misses[0].mean, None);
+    }
+
+    /// Of forty panels the lowest and the highest are left out, of 39 none could be.
+    #[test]
+    fn the_range_holds_95_percent_of_panels() {
+        let of = |count: usize| {
+            let values = (0..count).map(|i| vec![at_most(((7 * i) % count) as f64, 0.0, "", "x")]);
+            counted(values.collect()).misses.remove(0).range
+        };
+        assert_eq!(of(39), None);
+        assert_eq!(of(40), Some([1.0, 38.0]));
+        assert_eq!(of(80), Some([2.0, 77.0]));
     }
 
     /// Rules that count by themselves may miss in different panels; a rule about the report's panel does not count.

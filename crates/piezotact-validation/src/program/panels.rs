@@ -186,9 +186,13 @@ fn margin(miss: &Miss) -> String {
         (Some(usual), ..) => format!("by {}{space}{unit}", digits(usual)),
         (None, ..) => "with nothing measured".into(),
     };
+    let range = miss.range.map_or(String::new(), |[low, high]| {
+        let (low, high) = (digits(low), digits(high));
+        format!(", 95 % of them {low} to {high}{space}{unit}")
+    });
     let all = match (miss.mean, miss.sd) {
         (Some(mean), Some(sd)) => format!(
-            "; all panels {} ± {}{space}{unit}",
+            "; all panels {} ± {}{space}{unit}{range}",
             digits(mean),
             digits(sd)
         ),
@@ -333,5 +337,11 @@ mod tests {
         ] {
             assert!(text.contains(part), "{part}\n{text}");
         }
+        for seed in 1..=40 {
+            panels.add(panel_of(seed, 9.0 + seed as f64 / 8.0));
+        }
+        let text = table(&panels.counts(40));
+        let range = "; all panels 11.6 ± 1.46 dB, 95 % of them 9.25 to 13.9 dB: too wide";
+        assert!(text.contains(range), "{text}");
     }
 }
