@@ -4,8 +4,8 @@
     python3 golden/eeg.py positions > /tmp/positions.txt
 
 Made with MNE-Python 1.13.2, SciPy 1.17.1 and NumPy 2.4.6. Signals are sums of sines and a linear congruential noise that the tests compute
-again, so that only results are stored. `positions` prints the table of crates/piezotact-people/src/eeg/reference/positions.rs: the 64
-names of a 10-10 cap (`biosemi64`) at their places of `standard_1005`, in head coordinates, seen from the centre of the sphere that MNE
+again, so that only results are stored. `positions` prints the tables of crates/piezotact-people/src/eeg/reference/positions.rs: the 64
+names of a 10-10 cap (`biosemi64`) and six of other caps at their places of `standard_1005`, in head coordinates, seen from the centre of the sphere that MNE
 fits to the whole montage.
 """
 
@@ -23,15 +23,16 @@ from scipy.optimize import brentq
 
 mne.set_log_level("ERROR")
 NAMES = mne.channels.make_standard_montage("biosemi64").ch_names
+OF_OTHER_CAPS = ["FT9", "FT10", "TP9", "TP10", "PO9", "PO10"]
 
 
-def positions():
-    """Unit vectors of the 64 names, rounded as they are stored."""
+def positions(names):
+    """Unit vectors of `names`, rounded as they are stored."""
     montage = mne.channels.make_standard_montage("standard_1005")
     info = mne.create_info(montage.ch_names, 1000.0, "eeg")
     info.set_montage(montage)
     _, centre, _ = fit_sphere_to_headshape(info)
-    cap = mne.create_info(NAMES, 1000.0, "eeg")
+    cap = mne.create_info(names, 1000.0, "eeg")
     cap.set_montage(montage)
     found = np.array([channel["loc"][:3] for channel in cap["chs"]]) - centre
     return np.round(found / np.linalg.norm(found, axis=1, keepdims=True), 6)
@@ -78,7 +79,7 @@ def power():
 
 
 def splines():
-    pos = positions()
+    pos = positions(NAMES)
     volts = np.array([signal(50, 500.0, 100 + c) for c in range(64)])
     where = np.array([[0.0, 0.0, 1.0], [0.5, 0.3, 0.7], [-0.7, -0.6, 0.1], [0.1, -0.9, -0.2]])
     weights = _make_interpolation_matrix(pos, where)
@@ -104,7 +105,8 @@ def contrast():
 
 
 if sys.argv[1:] == ["positions"]:
-    for name, (x, y, z) in zip(NAMES, positions()):
+    names = NAMES + OF_OTHER_CAPS
+    for name, (x, y, z) in zip(names, positions(names)):
         print(f'    ("{name}", [{x:.6f}, {y:.6f}, {z:.6f}]),')
 else:
     made_with = {"mne": mne.__version__, "scipy": scipy.__version__, "numpy": np.__version__}

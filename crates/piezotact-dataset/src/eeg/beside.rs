@@ -23,6 +23,8 @@ pub struct EegSource {
     pub participant: Option<String>,
     /// The task, if the name of the file or the JSON file beside it says so.
     pub task: Option<String>,
+    /// The positions of electrodes that the file itself states: x to the right, y to the front, z up; empty where it states none.
+    pub positions: Vec<StatedPosition>,
     /// The rows of the table of channels beside the file; empty where there is none.
     pub channels: Vec<ChannelRow>,
     /// The table of events beside a file with markers of its own, which are used; absent where there is none.
@@ -85,7 +87,7 @@ pub struct StatedPosition {
 /// # Errors
 /// [`ReadError`] when the file cannot be read, or what stands beside it states another rate, other channels or another task.
 pub fn read_eeg_source(path: &Path) -> Result<EegSource, ReadError> {
-    let (mut kind, mut segments) = read_segments(path)?;
+    let (mut kind, mut segments, positions) = read_segments(path)?;
     let named = |entity: &str| entity_of(path, entity);
     let stated = stated_beside(path)?;
     let task = named("task");
@@ -128,6 +130,7 @@ pub fn read_eeg_source(path: &Path) -> Result<EegSource, ReadError> {
         task: task.or_else(|| stated.and_then(|(_, stated)| stated.task_name)),
         kind,
         segments,
+        positions,
         channels,
         events: beside,
     })
@@ -229,7 +232,10 @@ fn by_electrodes(segments: &mut [EegSegment], rows: &mut [ChannelRow]) {
     }
 }
 
-fn read_segments(path: &Path) -> Result<(String, Vec<EegSegment>), ReadError> {
+/// The kind of a file in words, its parts, and the positions that it states.
+type Parts = (String, Vec<EegSegment>, Vec<StatedPosition>);
+
+fn read_segments(path: &Path) -> Result<Parts, ReadError> {
     use std::io::Read as _;
     let mut head = Vec::new();
     open_input(path)?
@@ -247,7 +253,7 @@ fn read_segments(path: &Path) -> Result<(String, Vec<EegSegment>), ReadError> {
                 .is_some_and(|e| e.eq_ignore_ascii_case("set")));
     if is_eeg {
         let file = read_eeg(path)?;
-        return Ok((file.kind.to_string(), file.segments));
+        return Ok((file.kind.to_string(), file.segments, file.positions));
     }
     let contents = read_recording(path, &ReadOptions::default())?;
     let recording = contents.recording;
@@ -260,7 +266,7 @@ fn read_segments(path: &Path) -> Result<(String, Vec<EegSegment>), ReadError> {
         recording,
         start_s: Seconds(0.0),
     };
-    Ok((contents.kind.to_string(), vec![segment]))
+    Ok((contents.kind.to_string(), vec![segment], Vec::new()))
 }
 
 /// The label of an entity in a name by BIDS: `control` of `task` in `sub-01_task-control_eeg.vhdr`.

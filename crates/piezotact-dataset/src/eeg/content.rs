@@ -160,6 +160,7 @@ impl Content {
         Ok(EegFile {
             kind: self.kind,
             segments,
+            positions: Vec::new(),
         })
     }
 

@@ -9,7 +9,7 @@ use piezotact::quantity::{SampleRate, Unit};
 use piezotact::recording::{Channel, Losses, RecordingWarning};
 
 use super::content::{Content, Line, Marked, Part, Place};
-use super::{EegFile, EegKind, in_folder_of};
+use super::{EegFile, EegKind, StatedPosition, in_folder_of};
 use crate::error::ReadError;
 use crate::matlab::{MatFile, MatNumbers, MatValue, looks_like_mat, parse_mat};
 use crate::stored::{ByteOrder, Stored};
@@ -82,6 +82,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
     let samples = samples_of(path, &fields, data, stated)?;
     let (trials, points) = (stated.2, samples.points / stated.2);
     let names = names_of(path, &fields, samples.channels)?;
+    let positions = positions_of(&fields, &names);
     let (events, boundaries, mut warnings) = events_of(path, &fields, rate)?;
     let parts = if trials > 1 {
         let what = format!(
@@ -108,7 +109,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
             rate,
             per_unit: 1,
         });
-    Content {
+    let content = Content {
         losses: Losses::default(),
         kind: EegKind::Eeglab,
         lines: lines.collect(),
@@ -117,8 +118,34 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
         started_at: None,
         warnings,
         bench: None,
-    }
-    .into_file(path)
+    };
+    Ok(EegFile {
+        positions,
+        ..content.into_file(path)?
+    })
+}
+
+/// The positions in `EEG.chanlocs`, of those of the channels that have one.
+///
+/// Source: as MNE-Python reads them: X is to the front and Y to the left.
+fn positions_of(fields: &Fields<'_>, names: &[String]) -> Vec<StatedPosition> {
+    let Some(locations) = fields.get("chanlocs") else {
+        return Vec::new();
+    };
+    let [x, y, z] = ["X", "Y", "Z"].map(|axis| elements(locations, axis));
+    let of = |(at, name): (usize, &String)| {
+        let value = |axis: &[Option<&MatValue>]| {
+            let value = axis.get(at).copied().flatten()?.scalar()?;
+            value.is_finite().then_some(value)
+        };
+        let (front, left, up) = (value(&x)?, value(&y)?, value(&z)?);
+        let is_place = front != 0.0 || left != 0.0 || up != 0.0;
+        is_place.then(|| StatedPosition {
+            name: name.clone(),
+            position: [-left, front, up],
+        })
+    };
+    names.iter().enumerate().filter_map(of).collect()
 }
 
 /// The samples of each channel in V, all epochs one after the other.

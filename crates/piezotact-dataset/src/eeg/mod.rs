@@ -95,6 +95,8 @@ pub struct EegFile {
     pub kind: EegKind,
     /// Its segments in the order of the file, at least one.
     pub segments: Vec<EegSegment>,
+    /// The positions of electrodes that the file states: x to the right, y to the front, z up, in any unit; empty where it states none.
+    pub positions: Vec<StatedPosition>,
 }
 
 impl EegFile {

@@ -4,6 +4,7 @@ use piezotact::criterion::Outcome;
 use piezotact::page::{Cell, Column, Table};
 
 use super::answer::{Answer, Declared, Purpose};
+use crate::campaign::adaptive::{ThresholdCriterion, ThresholdEstimate};
 use crate::campaign::dictionary::ANSWER_COLUMNS;
 use crate::campaign::session::{Answer as Noted, Evidence, State, TrialState};
 use crate::campaign::store;
@@ -287,11 +288,26 @@ pub const THRESHOLD_COLUMNS: [&str; 10] = [
     "run",
     "threshold",
     "standard_deviation",
+    "standard_deviation_of",
     "answers",
     "decided",
     "not_decided_because",
     "catch_trials_failed",
 ];
+
+/// What the standard deviation of a threshold is of: the posterior of QUEST+, or the counted reversals of a staircase, whose scatter is no
+/// standard error.
+fn spread_of(estimate: &ThresholdEstimate) -> &'static str {
+    let mut criteria = estimate.criteria.iter();
+    match (
+        estimate.sd,
+        criteria.any(|one| one.what == ThresholdCriterion::Reversals),
+    ) {
+        (None, _) => "",
+        (Some(_), true) => "reversals",
+        (Some(_), false) => "posterior",
+    }
+}
 
 /// The thresholds of the adaptive comparisons of `state`, with a row for each run, in the unit of its levels.
 ///
@@ -318,6 +334,7 @@ pub fn thresholds_table(state: &State<'_>) -> Table {
                 Cell::from(threshold.run),
                 Cell::from(number(estimate.level)),
                 Cell::from(number(estimate.sd)),
+                Cell::from(spread_of(estimate)),
                 Cell::from(estimate.answers.to_string()),
                 Cell::from(estimate.decided().word()),
                 Cell::from(open.join("; ")),

@@ -11,8 +11,12 @@ use super::{EegWarning, ElectrodesFault};
 const OVER: Seconds = Seconds(0.05);
 /// Of a long recording so many changes are looked at, evenly spread.
 const MOST: usize = 8192;
-/// Of fewer electrodes none stands apart.
+/// From fewer electrodes their scatter is not known: one stands apart by a factor alone.
 const FEWEST: usize = 8;
+/// Of fewer electrodes none stands apart.
+const FEWEST_APART: usize = 3;
+/// Fewer changes say nothing.
+const FEWEST_CHANGES: usize = 8;
 /// How far an electrode stands apart from the median, in robust standard deviations of the logarithm, and by which factor at least.
 const DEVIATIONS: f64 = 5.0;
 const FACTOR: f64 = 4.0;
@@ -25,7 +29,8 @@ const FAINTEST_V: f64 = 0.1e-6;
 const STRONGEST_V: f64 = 500e-6;
 
 /// The warnings about electrodes called `names`, from their `signals` at `rate`, V: those whose robust deviation lies more than five robust standard
-/// deviations (a factor of four at least, of ten at most) from the median of all, pairs that record the same, and amplitudes that are none of EEG.
+/// deviations (a factor of four at least, of ten at most; of ten among fewer than eight, and nothing of fewer than three) from the median of all,
+/// pairs that record the same, and amplitudes that are none of EEG.
 ///
 /// Formula: 0.7413 times the interquartile range of x(t + 50 ms) − x(t), over √2; pairs after the mean of all electrodes was taken away.
 ///
@@ -33,8 +38,8 @@ const STRONGEST_V: f64 = 500e-6;
 /// for bridges D. M. Tucker's electrical distance, relative.
 pub(super) fn warnings(names: &[String], signals: &[&[f64]], rate: SampleRate) -> Vec<Warning> {
     let changes: Vec<Vec<f64>> = signals.iter().map(|one| changes(one, rate)).collect();
-    let enough = changes.iter().all(|one| one.len() >= FEWEST);
-    if names.len() < FEWEST || changes.len() != names.len() || !enough {
+    let enough = changes.iter().all(|one| one.len() >= FEWEST_CHANGES);
+    if names.is_empty() || changes.len() != names.len() || !enough {
         return Vec::new();
     }
     let deviations: Vec<f64> = changes.iter().map(|one| deviation(one)).collect();
@@ -49,14 +54,17 @@ pub(super) fn warnings(names: &[String], signals: &[&[f64]], rate: SampleRate) -
             .into(),
         );
     }
-    if middle_v <= 0.0 {
+    if middle_v <= 0.0 || names.len() < FEWEST_APART {
         return warnings;
     }
     let levels: Vec<f64> = deviations.iter().map(|own| (own / middle_v).ln()).collect();
     let sizes: Vec<f64> = levels.iter().map(|level| level.abs()).collect();
     // 1.4826: the standard deviation of a normal distribution, re the median distance from its middle.
-    let limit = (DEVIATIONS * 1.4826 * median(&mut sizes.clone()).unwrap_or_default())
-        .clamp(FACTOR.ln(), FAR.ln());
+    let limit = match names.len() < FEWEST {
+        true => FAR.ln(),
+        false => (DEVIATIONS * 1.4826 * median(&mut sizes.clone()).unwrap_or_default())
+            .clamp(FACTOR.ln(), FAR.ln()),
+    };
     let beyond = |sign: f64| {
         let own = names.iter().zip(&levels).zip(&deviations);
         let own = own.filter(|((_, level), _)| sign * **level > limit);
@@ -210,7 +218,28 @@ mod tests {
                     ..
                 }]
             ));
+            // Of few electrodes what can be said.
             assert_eq!(said(&clean[..7]), []);
+            assert_eq!(said(&clean[..1]), []);
+            let few = said(&noisy[2..6]);
+            assert!(
+                matches!(&few[..], [EegWarning::Electrodes { names, fault: ElectrodesFault::Noisy { .. } }] if names.starts_with("E1 (")),
+                "{few:?}"
+            );
+            assert_eq!(
+                said(&bridge[7..10]),
+                [EegWarning::Electrodes {
+                    names: "E1 and E2".into(),
+                    fault: ElectrodesFault::Bridged
+                }]
+            );
+            assert!(matches!(
+                said(&faint[..2])[..],
+                [EegWarning::Electrodes {
+                    fault: ElectrodesFault::Amplitude { .. },
+                    ..
+                }]
+            ));
         }
     }
 }

@@ -185,6 +185,9 @@ pub enum ElectrodesFault {
     /// Electrodes that record far less than the others.
     #[error("far below the other electrodes, whose median is {} µV (robust SD): not connected, or beside the reference", digits(1e6 * middle_v))]
     Quiet { middle_v: f64 },
+    /// An electrode that is off in many epochs.
+    #[error("off in {lost} of {of} epochs, which are left out for all electrodes")]
+    Off { lost: usize, of: usize },
     /// Pairs of electrodes that record the same.
     #[error(
         "differ by less than 5 %: gel may bridge them, or a channel was copied; count them as one electrode"
@@ -223,6 +226,7 @@ impl ElectrodesFault {
     fn advice(&self) -> &'static str {
         match self {
             Self::Noisy { .. } | Self::Quiet { .. } => "leave them out or interpolate them",
+            Self::Off { .. } => "leave it out or interpolate it to keep these epochs",
             Self::Bridged => "leave one of each pair out, or interpolate it",
             Self::Amplitude { .. } => "check the unit of the signals",
             Self::CalledBad => "leave them out, or correct the table",

@@ -202,6 +202,11 @@ pub(super) const THRESHOLDS: &[(&str, &str, &str)] = &[
         "The threshold, in the unit of the levels of the task.",
     ),
     ("standard_deviation", "", "Its standard deviation."),
+    (
+        "standard_deviation_of",
+        "",
+        "What it is of: `posterior` (of QUEST+), or `reversals` (the counted ones of a staircase, no standard error).",
+    ),
     ("answers", "", "How many answers it comes from."),
     (
         "decided",

@@ -6,7 +6,7 @@ use anyhow::anyhow;
 use clap::Args;
 use piezotact_dataset::eeg::{EegSource, read_electrodes};
 use piezotact_people::eeg::person::{EegErd, PersonConfig, PersonError, Positions, Region, person};
-use piezotact_people::eeg::reference::Montage;
+use piezotact_people::eeg::reference::{FEWEST_OF_A_SPHERE, Montage};
 use piezotact_people::eeg::source::is_lettered;
 use piezotact_people::eeg::tfr::TfrConfig;
 
@@ -71,7 +71,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "COUNT", default_value_t = 10)]
     min_epochs: usize,
     /// Measured positions of electrodes: a table with columns name, x (to the right), y (to the front) and z (up). Default: those of the
-    /// names of the 10-10 system.
+    /// names of the 10-10 system, or those inside an EEGLAB file.
     #[arg(long, value_name = "TABLE.tsv")]
     electrodes: Option<PathBuf>,
     #[command(flatten)]
@@ -111,7 +111,7 @@ fn found(args: &Arguments) -> Outcome<EegErd> {
     };
     // Fewer epochs are named by surface.
     let preparing = options.config(extent, task, &source.stated, args.min_epochs);
-    let positions = positions(args)?;
+    let positions = positions(args, &source.source)?;
     let measured = match &positions {
         Positions::OfNames => None,
         Positions::Measured(montage) => Some(montage),
@@ -169,11 +169,14 @@ fn config(args: &Arguments, source: &EegSource) -> Outcome<PersonConfig> {
     })
 }
 
-fn positions(args: &Arguments) -> Outcome<Positions> {
-    let Some(path) = &args.electrodes else {
-        return Ok(Positions::OfNames);
+/// Where electrodes are: in the table that is given, else in the file, else where the 10-10 system has their names.
+fn positions(args: &Arguments, source: &EegSource) -> Outcome<Positions> {
+    let (path, stated) = match &args.electrodes {
+        Some(path) => (path, read_electrodes(path)?),
+        None if source.positions.len() < FEWEST_OF_A_SPHERE => return Ok(Positions::OfNames),
+        None => (&args.file, source.positions.clone()),
     };
-    let (names, places) = read_electrodes(path)?
+    let (names, places) = stated
         .into_iter()
         .map(|one| (one.name, one.position))
         .unzip::<_, _, Vec<String>, Vec<[f64; 3]>>();
@@ -181,7 +184,7 @@ fn positions(args: &Arguments) -> Outcome<Positions> {
     if let Some(off) = montage.off_ten_ten_deg().filter(|off| *off > MOST_OFF_DEG) {
         return Err(of_file(path)(anyhow!(
             "expected x to the right, y to the front and z up, found electrodes {off:.0}° (median) from where the 10-10 system has their names; \
-             exchange the axes (EEGLAB has x to the front)"
+             exchange the axes (EEGLAB has x to the front), or give a table with --electrodes"
         )));
     }
     Ok(Positions::Measured(montage))

@@ -57,6 +57,11 @@ pub enum NotCut {
         /// The channel.
         channel: String,
     },
+    /// An electrode is far below or above its usual level within it: its contact was lost.
+    Off {
+        /// The electrode.
+        channel: String,
+    },
     /// A channel has samples within it that are no numbers.
     NoNumbers {
         /// The channel.
@@ -79,6 +84,9 @@ impl fmt::Display for NotCut {
                 write!(f, "{channel} has samples that are no numbers within it")
             }
             Self::CalledBad { name } => write!(f, "{name} calls a part of it bad"),
+            Self::Off { channel } => {
+                write!(f, "{channel} is off within it, far from its usual level")
+            }
             Self::Held { channel } => write!(f, "{channel} holds one value within it"),
         }
     }

@@ -77,12 +77,12 @@ fn of_change(one: &TaskContrast) -> Option<f64> {
     Some(one.contrast?.difference.p_value)
 }
 
-/// The probability of a difference of power in the window in the direction of that of the changes, doubled; 1 in the other direction.
+/// The probability of a difference of power in the window as far in the direction of that of the changes: of one side, as the direction is given.
 fn of_window(one: &TaskContrast) -> Option<f64> {
     let (change, window) = (one.contrast?.difference, one.window?.difference);
     Some(match change.mean * window.mean > 0.0 {
-        true => window.p_value,
-        false => 1.0,
+        true => 0.5 * window.p_value,
+        false => 1.0 - 0.5 * window.p_value,
     })
 }
 

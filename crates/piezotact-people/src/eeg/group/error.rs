@@ -26,11 +26,16 @@ pub enum GroupError {
     )]
     AlmostTwice { first: String, second: String },
     /// A recording under two names.
-    #[error("{first} and {second} hold the same numbers: give each recording once")]
+    #[error(
+        "{first} and {second} are the same recording: their epochs correlate by {likeness:.2}, those of different recordings by about 0.3; give each \
+         recording once"
+    )]
     Copy {
         /// A file, and who and what it is of.
         first: String,
         second: String,
+        /// The mean of the largest correlations of epochs.
+        likeness: f64,
     },
     /// Documents of other settings.
     #[error("{first} and {second} differ in {what}: analyse all recordings with the same options")]

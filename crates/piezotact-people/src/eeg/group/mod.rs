@@ -131,8 +131,8 @@ pub struct TaskContrast {
     /// The contrast of the power in the window, dB; absent as the contrast of changes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub window: Option<Contrast>,
-    /// The probability that the power in the window differs so much by chance in the direction in which the changes differ (doubled, 1 where it
-    /// differs in the other one), after Holm over the same contrasts.
+    /// The probability that the power in the window differs so far by chance in the direction in which the changes differ (one side), after
+    /// Holm over the same contrasts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub window_p_holm: Option<f64>,
     /// What was decided.

@@ -3,17 +3,17 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use piezotact::Warning;
-use piezotact::statistics::{correlation, mean, mean_interval};
+use piezotact::statistics::{mean, mean_interval};
 
 use super::{ALL_SURFACES, GroupError, PersonChange, PowerLevel, TaskChanges, TaskEpochs};
 use crate::eeg::erd::{Mode, Order};
 use crate::eeg::person::{Change, EegErd, Electrode};
 use crate::eeg::{Bias, EegWarning, EpochsFault, NotCommon};
 
-/// Changes at so many electrodes and more tell recordings apart.
-const ALIKE: usize = 24;
-/// Changes of two recordings are never correlated by more.
-const SAME: f64 = 0.9999;
+/// Epochs of different recordings correlate by 0.2 to 0.4, those of a copy by more than 0.8.
+///
+/// Source: docs/decisions/eeg.md.
+const ALIKE: f64 = 0.6;
 
 /// Tasks whose numbers of epochs differ by more than this factor give a warning.
 const UNEQUAL: f64 = 1.5;
@@ -187,6 +187,7 @@ impl<'a> People<'a> {
         let documents = &self.documents;
         let epochs = self.epochs();
         let unequal = unequal(&epochs).map(unequal_warning);
+        let unequal = unequal.or_else(|| self.unequal_in_one());
         let mut warnings: Vec<Warning> = unequal.into_iter().collect();
         let incomplete: Vec<String> = self
             .participants
@@ -328,25 +329,50 @@ impl People<'_> {
                 .documents
                 .iter()
                 .filter(|one| one.subject.task == *task);
-            let counts = own.flat_map(|one| {
-                let kept = |surface: &String| {
-                    let mut own = one.electrodes.iter();
-                    own.find(|change| change.surface == *surface)
-                        .map(|change| change.epochs)
-                };
-                one.surfaces.iter().filter_map(kept).collect::<Vec<_>>()
-            });
-            let counts: Vec<usize> = counts.collect();
-            let as_numbers: Vec<f64> = counts.iter().map(|count| *count as f64).collect();
-            Some(TaskEpochs {
-                task: task.clone(),
-                fewest: *counts.iter().min()?,
-                most: *counts.iter().max()?,
-                mean: mean(&as_numbers),
-            })
+            counted(
+                task.clone(),
+                &own.flat_map(|one| kept(one)).collect::<Vec<_>>(),
+            )
         };
         self.tasks.iter().filter_map(of).collect()
     }
+
+    /// A warning about the person whose tasks have the most different numbers of epochs, where they are quite different.
+    fn unequal_in_one(&self) -> Option<Warning> {
+        let of = |who: &String| {
+            let own = self.tasks.iter().filter_map(|task| {
+                let document = self.get(who, task)?;
+                counted(format!("{task} of {who}"), &kept(document))
+            });
+            let own: Vec<TaskEpochs> = own.collect();
+            let [most, fewest] = unequal(&own)?;
+            Some((most.mean / fewest.mean, unequal_warning([most, fewest])))
+        };
+        let all = self.participants.iter().filter_map(of);
+        let worst = all.max_by(|a, b| a.0.total_cmp(&b.0));
+        worst.map(|(_, warning)| warning)
+    }
+}
+
+/// The number of epochs of a document on each surface.
+fn kept(document: &EegErd) -> Vec<usize> {
+    let of = |surface: &String| {
+        let mut own = document.electrodes.iter();
+        let own = own.find(|change| change.surface == *surface)?;
+        Some(own.epochs)
+    };
+    document.surfaces.iter().filter_map(of).collect()
+}
+
+/// The numbers of epochs of what is called `task`; none without a number.
+fn counted(task: String, counts: &[usize]) -> Option<TaskEpochs> {
+    let as_numbers: Vec<f64> = counts.iter().map(|count| *count as f64).collect();
+    Some(TaskEpochs {
+        task,
+        fewest: *counts.iter().min()?,
+        most: *counts.iter().max()?,
+        mean: mean(&as_numbers),
+    })
 }
 
 /// The tasks with the most and the fewest epochs, where they are quite different.
@@ -398,33 +424,19 @@ fn one_name_each<'n>(names: impl IntoIterator<Item = &'n String>) -> Result<(), 
     Ok(())
 }
 
-/// Pearson's correlation.
-fn correlated(a: &[f64], b: &[f64]) -> f64 {
-    let centred = |values: &[f64]| -> Vec<f64> {
-        let middle = mean(values);
-        values.iter().map(|value| value - middle).collect()
-    };
-    correlation(&centred(a), &centred(b))
-}
-
-/// Refuses a recording that is there under two names.
+/// Refuses a recording that is there under two names: with the same numbers, or with another reference, scale, noise, or epochs of its own.
 fn no_copies(documents: &[&EegErd]) -> Result<(), GroupError> {
     for (i, one) in documents.iter().enumerate() {
-        let earlier = documents[..i].iter();
-        let copy = earlier.into_iter().find(|other| {
-            let power = |of: &EegErd| -> Vec<f64> {
-                of.electrodes.iter().map(|change| change.decibels).collect()
-            };
-            let (own, others) = (power(one), power(other));
-            // Rescaled or cut by some samples it is still the same recording.
-            let same = own.len() >= ALIKE && own.len() == others.len();
-            own == others && !own.is_empty() || same && correlated(&own, &others) > SAME
-        });
-        if let Some(copy) = copy {
-            return Err(GroupError::Copy {
-                first: format!("{} ({})", copy.file, copy.subject),
-                second: format!("{} ({})", one.file, one.subject),
-            });
+        for other in &documents[..i] {
+            let named = |of: &EegErd| format!("{} ({})", of.file, of.subject);
+            let likeness = one.trace.likeness(&other.trace);
+            if likeness > ALIKE {
+                return Err(GroupError::Copy {
+                    first: named(other),
+                    second: named(one),
+                    likeness,
+                });
+            }
         }
     }
     Ok(())

@@ -3,6 +3,7 @@
 mod error;
 mod maps;
 mod page;
+mod trace;
 
 use piezotact::Warning;
 use piezotact::document::Content;
@@ -23,6 +24,7 @@ use super::{Bias, EegWarning, EpochsFault, Smeared};
 pub use error::PersonError;
 pub(in crate::eeg) use maps::{head_map, time_frequency_panel};
 pub(in crate::eeg) use page::span_text;
+pub use trace::Trace;
 
 /// A scalp map needs so many electrodes with a known position.
 pub(in crate::eeg) const FEWEST_OF_A_MAP: usize = 8;
@@ -259,6 +261,8 @@ pub struct EegErd {
     pub positions: Vec<Electrode>,
     /// The times of the maps from the marker, s: those that the ends of epochs do not touch.
     pub times_s: Vec<f64>,
+    /// What tells this recording from others.
+    pub trace: Trace,
     /// The change over time and frequency, averaged over epochs first whatever the order of the other values, and free of the bias of the
     /// logarithm.
     pub maps: Vec<ChangeMap>,
@@ -272,7 +276,7 @@ impl Content for EegErd {
     const VERSION: u32 = 3;
 
     /// The first version also held what independent components, multitapers and current source densities gave; the second no power of
-    /// baseline and window.
+    /// baseline and window, and no trace.
     fn outdated(version: u64, fields: &Map<String, Value>) -> Option<String> {
         let again = "make it again with `piezotact eeg erd`";
         let in_mne = "clean the recording with MNE (docs/guide/mne.md), export it, and make the document again with `piezotact eeg erd`";
@@ -353,6 +357,7 @@ pub fn person(
         .iter()
         .map(|count| count.condition.clone())
         .collect();
+    let straight = epochs.without_lines();
     let mut found = EegErd {
         file: file.to_owned(),
         subject: subject.clone(),
@@ -367,6 +372,7 @@ pub fn person(
         channels: epochs.channels().to_vec(),
         positions,
         times_s: Vec::new(),
+        trace: Trace::of(&straight),
         maps: Vec::new(),
         warnings: [
             prepared.warnings.clone(),
@@ -375,7 +381,6 @@ pub fn person(
         ]
         .concat(),
     };
-    let straight = epochs.without_lines();
     for surface in &surfaces {
         let own = straight.of_condition(surface)?;
         let of_surface = |error| PersonError::Erd {

@@ -2,6 +2,7 @@
 
 mod error;
 mod interpolated;
+mod off;
 mod signals;
 mod usable;
 
@@ -19,7 +20,7 @@ use super::regression::EogRegression;
 use super::source::{Segment, is_marker, kind_and_value, markers, task_of, tasks, warnings_of};
 use interpolated::interpolated;
 use signals::Signals;
-use usable::{beside_unusable, once, unknown_in_average, unusable};
+use usable::{beside_unusable, lost_to_electrodes, once, unknown_in_average, unusable};
 
 pub use error::PrepareError;
 pub use signals::ChannelChoice;
@@ -219,6 +220,7 @@ pub fn prepare_at(
             why: first.reason.to_string(),
         });
     }
+    warnings.extend(lost_to_electrodes(&within, all));
     outside.extend(within);
     warnings.extend(signals.warnings.iter().cloned());
     warnings.extend(signals.apart());

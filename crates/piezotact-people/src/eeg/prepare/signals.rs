@@ -10,6 +10,7 @@ use piezotact::quantity::SampleRate;
 use piezotact::recording::Channel;
 use serde::{Deserialize, Serialize};
 
+use super::off::off;
 use super::{PrepareConfig, PrepareError, Reference};
 use crate::eeg::held::held;
 use crate::eeg::source::{Segment, SignalKind};
@@ -261,12 +262,20 @@ impl Signals {
         Ok(self)
     }
 
+    /// The signals of the electrodes.
+    fn of_electrodes(&self) -> Vec<&[f64]> {
+        let all = self.volts.chunks_exact(self.length);
+        all.take(self.electrodes.len()).collect()
+    }
+
     /// The warnings about electrodes that stand apart from the others.
     pub(super) fn apart(&self) -> Vec<Warning> {
-        let count = self.electrodes.len();
-        let signals = self.volts.chunks_exact(self.length).take(count);
-        let signals: Vec<&[f64]> = signals.collect();
-        quality::warnings(&self.electrodes, &signals, self.rate)
+        quality::warnings(&self.electrodes, &self.of_electrodes(), self.rate)
+    }
+
+    /// The parts in which each electrode is off.
+    pub(super) fn off(&self) -> Vec<Vec<Range<usize>>> {
+        off(&self.of_electrodes(), self.rate)
     }
 
     /// The samples of each part.

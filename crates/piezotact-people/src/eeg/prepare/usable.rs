@@ -1,6 +1,6 @@
 //! What epochs may hold: markers once, parts without bad samples, channels with a position.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 use piezotact::Warning;
@@ -33,7 +33,7 @@ pub(super) fn once(marked: Vec<Marked>, warnings: &mut Vec<Warning>) -> Vec<Mark
     kept
 }
 
-/// The parts that no epoch may hold: those in which a channel holds one value, and those that an event calls bad.
+/// The parts that no epoch may hold: those in which a channel holds one value or is off, and those that an event calls bad.
 pub(super) fn unusable(segments: &[Segment<'_>], signals: &Signals) -> Vec<(Range<usize>, NotCut)> {
     let held = signals.held().into_iter().map(|part| {
         let channel = part.channel;
@@ -43,7 +43,15 @@ pub(super) fn unusable(segments: &[Segment<'_>], signals: &Signals) -> Vec<(Rang
         let channel = part.channel.clone();
         (part.samples.clone(), NotCut::NoNumbers { channel })
     });
-    let mut found: Vec<_> = missing.chain(held).collect();
+    let electrodes = signals.electrodes.iter().zip(signals.off());
+    let off = electrodes.flat_map(|(channel, parts)| {
+        let named = move |samples| {
+            let channel = channel.clone();
+            (samples, NotCut::Off { channel })
+        };
+        parts.into_iter().map(named)
+    });
+    let mut found: Vec<_> = missing.chain(held).chain(off).collect();
     let rate = signals.rate.hz();
     for (segment, start) in segments.iter().zip(&signals.starts) {
         let events = segment.recording.annotations.events.iter();
@@ -86,6 +94,30 @@ pub(super) fn beside_unusable(
         }
     }
     (kept, lost)
+}
+
+/// A larger share of epochs that one electrode costs is a warning.
+const LOST_SHARE: f64 = 0.1;
+
+/// A warning about each electrode that is off in many of the `of` epochs: `lost` are those that are left out.
+pub(super) fn lost_to_electrodes(lost: &[NotWhole], of: usize) -> Vec<Warning> {
+    let mut counts = BTreeMap::<&str, usize>::new();
+    for one in lost {
+        if let NotCut::Held { channel } | NotCut::NoNumbers { channel } | NotCut::Off { channel } =
+            &one.reason
+        {
+            *counts.entry(channel).or_default() += 1;
+        }
+    }
+    let many = counts
+        .into_iter()
+        .filter(|(_, lost)| *lost as f64 > LOST_SHARE * of as f64);
+    let warning = |(name, lost): (&str, usize)| {
+        let fault = ElectrodesFault::Off { lost, of };
+        let names = name.to_owned();
+        EegWarning::Electrodes { names, fault }.into()
+    };
+    many.map(warning).collect()
 }
 
 /// A warning about channels in the mean of all electrodes that have no position, where most have one: they may be none.

@@ -9,12 +9,12 @@ use piezotact::statistics::median;
 use super::epochs::{Epochs, EpochsError};
 use super::source::is_lettered;
 use super::{EegWarning, PositionsFault};
-use positions::POSITIONS;
+use positions::{OF_OTHER_CAPS, POSITIONS};
 
 pub use spline::Interpolation;
 
 /// Fewer positions fit no sphere.
-const FEWEST_OF_A_SPHERE: usize = 8;
+pub const FEWEST_OF_A_SPHERE: usize = 8;
 /// An electrode further than this from a position says little about it, degrees.
 const FAR_DEG: f64 = 30.0;
 
@@ -28,7 +28,7 @@ pub struct Montage {
 }
 
 impl Montage {
-    /// The names of the 64 positions that are built in.
+    /// The names of the 64 positions of a cap that are built in.
     #[must_use]
     pub fn names() -> Vec<&'static str> {
         POSITIONS.iter().map(|(name, _)| *name).collect()
@@ -66,9 +66,8 @@ impl Montage {
                 "T6" => "P8".to_owned(),
                 other => other.to_owned(),
             };
-            let found = POSITIONS
-                .iter()
-                .find(|(known, _)| known.eq_ignore_ascii_case(&own));
+            let mut all = POSITIONS.iter().chain(&OF_OTHER_CAPS);
+            let found = all.find(|(known, _)| known.eq_ignore_ascii_case(&own));
             found.map(|(_, position)| *position)
         };
         channels.iter().map(position).collect()
@@ -347,6 +346,14 @@ mod tests {
         for (i, name) in all.iter().enumerate() {
             let count = pairs.iter().filter(|pair| pair.contains(&i)).count();
             assert!((2..=9).contains(&count), "{name}: {count}");
+        }
+        // Those of other caps lie below their neighbours, on the same side.
+        for (name, [x, y, z]) in OF_OTHER_CAPS {
+            let found = Montage::ten_ten(&[name.to_lowercase()]).unwrap().positions[0];
+            assert!(dot(&found, &[x, y, z]) > 1.0 - 1e-9);
+            let above = at(&name.replace("10", "8").replace('9', "7"));
+            assert!(z < above[2] - 0.2 && x * above[0] > 0.0, "{name}");
+            assert!((0.5..0.98).contains(&dot(&found, &above)), "{name}");
         }
         assert!(Montage::ten_ten(&["EOG".to_owned()]).is_err());
         assert_eq!(

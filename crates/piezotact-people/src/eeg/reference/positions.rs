@@ -2,7 +2,7 @@
 //!
 //! Source: the montage `standard_1005` of MNE-Python 1.13.2 (R. Oostenveld and P. Praamstra 2001, Clin. Neurophysiol. 112), in head
 //! coordinates, seen from the centre of the sphere that MNE fits to all its positions, and set to length 1: `golden/eeg.py` prints
-//! this table. The names are those of a 64-channel cap in the 10-10 system.
+//! these tables. The names are those of a 64-channel cap in the 10-10 system, and those of other caps.
 
 /// Names, and x (to the right), y (to the front) and z (up) of positions on a sphere of radius 1.
 pub(super) const POSITIONS: [(&str, [f64; 3]); 64] = [
@@ -70,4 +70,14 @@ pub(super) const POSITIONS: [(&str, [f64; 3]); 64] = [
     ("PO8", [0.556725, -0.827594, 0.071726]),
     ("PO4", [0.361515, -0.835183, 0.414458]),
     ("O2", [0.285438, -0.948311, 0.138678]),
+];
+
+/// Positions that caps of other makers have, in the same form.
+pub(super) const OF_OTHER_CAPS: [(&str, [f64; 3]); 6] = [
+    ("FT9", [-0.818105, 0.274699, -0.505217]),
+    ("FT10", [0.814477, 0.270639, -0.513207]),
+    ("TP9", [-0.845431, -0.314432, -0.431716]),
+    ("TP10", [0.837750, -0.328151, -0.436455]),
+    ("PO9", [-0.534007, -0.791985, -0.295968]),
+    ("PO10", [0.516277, -0.802522, -0.299026]),
 ];

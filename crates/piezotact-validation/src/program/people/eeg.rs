@@ -213,6 +213,15 @@ fn document(of: &EegErd, name: &str, task: usize, shown: &Shown, random: &mut Ra
         }
         map.baselines_db.fill(shown.baseline_db);
     }
+    // Epochs that are those of no other document.
+    let mut levels = || {
+        let levels = (0..120).map(|_| (20.0 * random.normal()).round() as i16);
+        levels.collect()
+    };
+    found.trace = Trace {
+        step_s: 0.4,
+        epochs: vec![levels(), levels()],
+    };
     found
 }
 
