@@ -10,10 +10,10 @@ use crate::eeg::erd::{Mode, Order};
 use crate::eeg::person::{Change, EegErd, Electrode};
 use crate::eeg::{Bias, EegWarning, EpochsFault, NotCommon};
 
-/// Epochs of different recordings correlate by 0.2 to 0.4, those of a copy by more than 0.8.
+/// Epochs of different recordings correlate by 0.2 to 0.4, those of a copy by 0.7 to 1.
 ///
 /// Source: docs/decisions/eeg.md.
-const ALIKE: f64 = 0.6;
+const ALIKE: f64 = 0.55;
 
 /// Tasks whose numbers of epochs differ by more than this factor give a warning.
 const UNEQUAL: f64 = 1.5;

@@ -278,7 +278,7 @@ fn a_recording_is_found_again_however_it_was_changed() {
     for (name, copy) in copies {
         let copy = document("P91", "control", &copy);
         let likeness = original.trace.likeness(&copy.trace);
-        assert!(likeness > 0.8, "{name}: {likeness}");
+        assert!(likeness > 0.65, "{name}: {likeness}");
         let said = with(vec![original.clone(), copy]).unwrap_err().to_string();
         assert!(said.contains("P90") && said.contains("P91"), "{said}");
         assert!(said.contains("are the same recording"), "{said}");
@@ -289,5 +289,5 @@ fn a_recording_is_found_again_however_it_was_changed() {
             largest = largest.max(one.trace.likeness(&other.trace));
         }
     }
-    assert!(largest < 0.5, "{largest}");
+    assert!(largest < 0.45, "{largest}");
 }

@@ -15,7 +15,7 @@ const LOOKED: usize = 16;
 /// What stands in the place of a variance of 0, V².
 const NOTHING_V2: f64 = 1e-30;
 
-/// How the electrodes scatter about their mean over the time of each epoch, less what is the same in all epochs.
+/// How the changes of electrodes scatter about their mean over the time of each epoch, less what is the same in all epochs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Trace {
@@ -26,19 +26,22 @@ pub struct Trace {
 }
 
 impl Trace {
-    /// The trace of epochs without offsets.
+    /// The trace of epochs.
     ///
-    /// Formula: the level of the variance over electrodes (of one electrode alone, of its square), mean over 20 ms, less its mean over epochs
-    /// at each time, and over times in each epoch. A reference is taken away from all electrodes alike and changes no variance; a scale is
-    /// a constant of the level.
+    /// Formula: the level of the variance over electrodes (of one electrode alone, the square) of changes over 20 ms, mean over 20 ms, less its
+    /// mean over epochs at each time, and over times in each epoch. A reference is taken away from all electrodes alike and changes no variance;
+    /// a scale is a constant of the level; changes hold little of blinks, which look alike in all people.
     ///
     /// Source: the global field power, D. Lehmann and W. Skrandies (1980), Electroencephalogr. Clin. Neurophysiol. 48.
     pub(super) fn of(epochs: &Epochs) -> Self {
         let step = epochs.rate().samples_in(STEP).max(1);
         let channels = epochs.channels().len();
         let variance = |epoch: usize, sample: usize| {
-            let values = (0..channels).map(|channel| epochs.signal(channel, epoch)[sample]);
-            let (sum, squares) = values.fold((0.0, 0.0), |(sum, squares), value| {
+            let changes = (0..channels).map(|channel| {
+                let signal = epochs.signal(channel, epoch);
+                signal[sample + step] - signal[sample]
+            });
+            let (sum, squares) = changes.fold((0.0, 0.0), |(sum, squares), value| {
                 (sum + value, squares + value * value)
             });
             let n = channels as f64;
@@ -51,7 +54,7 @@ impl Trace {
             let own = (at * step..(at + 1) * step).map(|sample| variance(epoch, sample));
             10.0 * (own.sum::<f64>() / step as f64).max(NOTHING_V2).log10()
         };
-        let times = epochs.samples() / step;
+        let times = (epochs.samples() / step).saturating_sub(1);
         let levels: Vec<Vec<f64>> = (0..epochs.count())
             .map(|epoch| (0..times).map(|at| level(epoch, at)).collect())
             .collect();
@@ -72,7 +75,7 @@ impl Trace {
     }
 
     /// How alike two recordings are: the mean over epochs of the shorter one of the largest correlation with an epoch of the other, at the one
-    /// shift of all markers at which that is largest. About 0.3 of different recordings, 1 of the same.
+    /// shift of all markers at which that is largest. About 0.3 of different recordings, above 0.7 of the same.
     pub(in crate::eeg) fn likeness(&self, other: &Self) -> f64 {
         let (few, many) = match self.epochs.len() <= other.epochs.len() {
             true => (self, other),
