@@ -330,6 +330,46 @@ fn an_electrode_that_is_off_for_a_while_loses_these_epochs_alone() {
 }
 
 #[test]
+fn an_electrode_that_loses_its_contact_is_named() {
+    let events: Vec<(f64, &str, &str)> = (1..=8)
+        .map(|i| (2.0 * f64::from(i), "touch", "S1"))
+        .collect();
+    let (recording, samples) = recording(20, &events);
+    // C4 records the noise of its amplifier at these samples.
+    let prepared = |is_off: &dyn Fn(usize) -> bool| {
+        let mut channels = recording.channels().to_vec();
+        let own = channels[1].samples.iter_mut().enumerate();
+        for (i, value) in own.filter(|(i, _)| is_off(*i)) {
+            *value = 2e-8 * ((i * 7919 % 13) as f64 - 6.0);
+        }
+        let rate = SampleRate::new(RATE_HZ).unwrap();
+        let about = (Condition::default(), Provenance::default());
+        let mut made = Recording::new(channels, rate, about.0, about.1).unwrap();
+        made.annotations = recording.annotations.clone();
+        let segment = Segment {
+            recording: &made,
+            start_s: Seconds(0.0),
+            event_samples: &samples,
+            stated: &[],
+        };
+        prepare(&[segment], &config(&[("touch", "S1")]))
+    };
+    // At each touch: no epoch is left, and why is said.
+    let said = prepared(&|i| i % 200 < 80).unwrap_err().to_string();
+    assert!(said.contains("C4 is off within it"), "{said}");
+    // In the last 40 %.
+    let found = prepared(&|i| i >= 1200).unwrap();
+    assert_eq!(found.onsets_s, [2.0, 4.0, 6.0, 8.0, 10.0]);
+    let said: Vec<String> = found.warnings.iter().map(ToString::to_string).collect();
+    assert!(
+        said.iter()
+            .any(|one| one.starts_with("C4: off in 3 of 8 epochs")),
+        "{said:?}"
+    );
+    assert!(prepared(&|_| false).unwrap().warnings.is_empty());
+}
+
+#[test]
 fn what_the_table_beside_the_file_states_is_used() {
     let mut events: Vec<(f64, &str, &str)> = (1..=4)
         .map(|i| (2.0 * f64::from(i), "touch", "S1"))
