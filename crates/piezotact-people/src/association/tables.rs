@@ -281,7 +281,7 @@ pub fn participants_table<'a>(
 }
 
 /// The columns of [`thresholds_table`].
-pub const THRESHOLD_COLUMNS: [&str; 10] = [
+pub const THRESHOLD_COLUMNS: [&str; 11] = [
     "participant",
     "session",
     "task",
