@@ -8,7 +8,7 @@ use piezotact_people::eeg::epochs::{Criterion, CutConfig, Epochs};
 use piezotact_people::eeg::erd::{Mode, Order};
 use piezotact_people::eeg::group::{GroupConfig, GroupCriterion, LEVEL, compare};
 use piezotact_people::eeg::person::{
-    Change, EegErd, NamedBand, PersonConfig, Positions, Region, person,
+    Change, EegErd, NamedBand, PersonConfig, Positions, Region, Trace, person,
 };
 use piezotact_people::eeg::prepare::{
     ChannelChoice, ConditionCount, EpochCounts, MarkerChoice, PrepareConfig, Prepared, Reference,
