@@ -11,7 +11,7 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 pub const LEVEL_SHARE: f64 = 0.05;
 /// Of groups one of which has fewer people nothing is decided: a difference in spread cannot be told from one of means.
 ///
-/// Source: docs/decisions/campaigns.md.
+/// Source: docs/decisions/answers.md.
 pub const MIN_GROUP: usize = 5;
 /// Standard errors are no smaller than this, in shares: people who are all alike have none.
 const LEAST_ERROR: f64 = 1e-6;
@@ -114,7 +114,7 @@ pub struct Between {
 /// one less than the people of the smaller group where that one varies more: a permutation is too sure there.
 ///
 /// Source: A. Janssen (1997), Stat. Probab. Lett. 36 (studentised permutations); B. L. Welch (1947), Biometrika 34;
-/// [`permutation_test`]; docs/decisions/campaigns.md.
+/// [`permutation_test`]; docs/decisions/answers.md.
 ///
 /// ```
 /// use piezotact_people::difference::between_people;

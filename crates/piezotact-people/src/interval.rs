@@ -64,7 +64,7 @@ pub struct Clustered {
 /// answer, v says little about how people differ: n′ is at most N/(1 + (Σnᵢ²/N − 1)·0.2) then, for an intraclass correlation of
 /// 0.2, as of a standard deviation of 0.9 of the logit.
 ///
-/// Source: E. L. Korn and B. I. Graubard (1998), Survey Methodology 24, as R's `survey::svyciprop(method = "beta")`; docs/decisions/campaigns.md.
+/// Source: E. L. Korn and B. I. Graubard (1998), Survey Methodology 24, as R's `survey::svyciprop(method = "beta")`; docs/decisions/answers.md.
 #[must_use]
 pub fn clustered_interval(participants: &[(usize, usize)]) -> Option<Clustered> {
     let shown: Vec<(f64, f64)> = participants

@@ -90,7 +90,7 @@ impl Counts {
 /// both could be answered, which is zero for whoever answers both alike; of tasks, the difference of the shares of answers as
 /// expected, among those in which what is expected was offered.
 ///
-/// Source: docs/decisions/campaigns.md; [`sign_flip_test`].
+/// Source: docs/decisions/answers.md; [`sign_flip_test`].
 ///
 /// # Errors
 /// [`AssociationError`].

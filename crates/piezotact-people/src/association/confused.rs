@@ -14,7 +14,7 @@ use crate::interval::clustered_interval;
 /// From this share of presentations on two samples are confused: two that feel the same are confused half of the time, two that
 /// always feel different never. At a quarter, 75 % of answers tell one from the other, as at one just-noticeable difference.
 ///
-/// Source: docs/decisions/campaigns.md.
+/// Source: docs/decisions/answers.md.
 pub const CONFUSED_SHARE: f64 = 0.25;
 
 /// Whether two samples are confused.
@@ -82,7 +82,7 @@ pub struct ConfusedPair {
 /// among many rarely names the other. The interval of each is clustered by participant and
 /// holds for that pair alone.
 ///
-/// Source: docs/decisions/campaigns.md; intervals: [`clustered_interval`].
+/// Source: docs/decisions/answers.md; intervals: [`clustered_interval`].
 #[must_use]
 pub fn confused_pairs(table: &AnswerTable, config: &MatrixConfig) -> Vec<ConfusedPair> {
     let answers: Vec<&Answer> = selected(table, config).collect();

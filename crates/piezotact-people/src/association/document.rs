@@ -157,7 +157,7 @@ impl Content for Association {
 /// What the answers of `table` say, as `config` asks for it. Places in the orders of its ordering tasks are no associations, as each
 /// follows from the others: their answers are left out of matrices and pairs, where there are others.
 ///
-/// Source: thesis 2.6.3; docs/decisions/campaigns.md.
+/// Source: thesis 2.6.3; docs/decisions/answers.md.
 ///
 /// # Errors
 /// [`AssociationError`] where no answer is selected, or a task is no ordering task.

@@ -216,7 +216,7 @@ impl<'a> Habits<'a> {
 /// participant. Who prefers a sample that is presented often is right more often than a guesser and has felt nothing: the limit is the
 /// larger of chance and of that habit.
 ///
-/// Source: docs/decisions/campaigns.md; intervals: [`clustered_interval`].
+/// Source: docs/decisions/answers.md; intervals: [`clustered_interval`].
 #[must_use]
 pub(super) fn expected_share(
     declared: &Declared,

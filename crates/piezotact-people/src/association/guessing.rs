@@ -76,7 +76,7 @@ impl Guessing {
 /// Formula: arcsin √((x + 3/8)/(n + 3/4)) of each below m − t·s·√(1 + 1/k), of mean m and standard deviation s of the k others; s is at least
 /// that of one person's answers, 1/(2√n).
 ///
-/// Source: F. J. Anscombe (1948), Biometrika 35; docs/decisions/campaigns.md.
+/// Source: F. J. Anscombe (1948), Biometrika 35; docs/decisions/answers.md.
 pub(super) fn guessing(people: &[Person]) -> Option<Guessing> {
     let people = people.iter().filter(|person| person.answers > 0);
     let (guess, others): (Vec<&Person>, Vec<&Person>) =

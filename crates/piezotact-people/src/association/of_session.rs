@@ -13,7 +13,7 @@ pub const REPETITION: &str = ", repetition ";
 
 /// What `protocol` declares: its samples, and its stimuli with the answer that is expected for each.
 ///
-/// Source: thesis 2.6 and 4.4; docs/decisions/campaigns.md.
+/// Source: thesis 2.6 and 4.4; docs/decisions/answers.md.
 #[must_use]
 pub fn declared(protocol: &Protocol) -> Declared {
     let plain = protocol
@@ -35,7 +35,7 @@ pub fn declared(protocol: &Protocol) -> Declared {
 /// stands in the place of another is presented as the first and answered as the second. Ratings, comparisons, descriptors and orders without
 /// a physical order are not among them.
 ///
-/// Source: thesis 2.6.1 and 2.6.2; docs/decisions/campaigns.md.
+/// Source: thesis 2.6.1 and 2.6.2; docs/decisions/answers.md.
 #[must_use]
 pub fn answers_of(state: &State<'_>, purpose: store::Purpose) -> Vec<Answer> {
     let mut rows = Vec::new();
@@ -64,7 +64,7 @@ pub fn answers_of(state: &State<'_>, purpose: store::Purpose) -> Vec<Answer> {
 
 /// How many counted trials of `state` whose answers would stand in a matrix were answered with "I do not know".
 ///
-/// Source: docs/decisions/campaigns.md.
+/// Source: docs/decisions/answers.md.
 #[must_use]
 pub fn not_known(state: &State<'_>) -> usize {
     let of_names = |task: &str| {

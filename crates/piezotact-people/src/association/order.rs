@@ -144,7 +144,7 @@ pub fn kendall_tau_b(a: &[f64], b: &[f64]) -> Option<f64> {
 /// is presented once and answered once: to answer S5 for S3 puts S3 in the place of S5. Where flagged trials are left out, a
 /// repetition with one of them is left out whole, as the others alone are no order.
 ///
-/// Source: thesis 2.6.1 and 2.6.2, task 1 and 2; docs/decisions/campaigns.md.
+/// Source: thesis 2.6.1 and 2.6.2, task 1 and 2; docs/decisions/answers.md.
 ///
 /// # Errors
 /// [`AssociationError`] where the task has no answers or is not the selected one, where all its orders are left out, and where the answers

@@ -12,7 +12,7 @@ use super::warning::AssociationWarning;
 
 /// People whose answers agree this improbably are named: the probability that a table of people who answered for themselves names any.
 ///
-/// Source: docs/decisions/campaigns.md.
+/// Source: docs/decisions/answers.md.
 const LEVEL_SHARE: f64 = 0.005;
 /// The answers of a participant, or a part of them.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -151,7 +151,7 @@ impl AnswerTable {
     /// stimulus. By chance the second gives an answer of the first as often as the most frequent of: the second's own
     /// answers to that stimulus, those of others, its answers whatever is presented, its right answers, and guessing.
     ///
-    /// Source: docs/decisions/campaigns.md.
+    /// Source: docs/decisions/answers.md.
     #[must_use]
     pub fn same_people(&self) -> Vec<SamePerson> {
         let answers = self.answers();

@@ -9,7 +9,7 @@ use crate::campaign::store::Purpose;
 
 /// The report of the session with the state `state`, which was made from `events` with their times in ms since 1970-01-01 00:00 UTC.
 ///
-/// Source: docs/decisions/campaigns.md.
+/// Source: docs/decisions/answers.md.
 #[must_use]
 pub fn session_page(state: &State<'_>, events: &[(i64, Event)]) -> Page {
     let plan = state.plan();

@@ -12,7 +12,7 @@ use crate::campaign::text::cell;
 
 /// `answers` to what is `declared` as a table with a row for each, in the columns that are read as answers again.
 ///
-/// Source: docs/decisions/campaigns.md.
+/// Source: docs/decisions/answers.md.
 #[must_use]
 pub fn answers_table(declared: &Declared, answers: &[Answer]) -> Table {
     let mut table = table(&ANSWER_COLUMNS);
@@ -88,7 +88,7 @@ fn judge(state: &State<'_>) -> &'static str {
 /// and the first one, the one that was confirmed,
 /// revisions, corrections, plays, attempts, when it was presented and confirmed in ms since 1970-01-01 00:00 UTC, and the time between in s.
 ///
-/// Source: docs/decisions/campaigns.md.
+/// Source: docs/decisions/answers.md.
 #[must_use]
 pub fn trials_table<'a>(
     states: impl IntoIterator<Item = (&'a State<'a>, store::Purpose)>,
@@ -202,7 +202,7 @@ pub(super) const OF_EVIDENCE: [&str; 19] = [
 
 /// What was measured at every playing of the sessions `states`, with a row for each.
 ///
-/// Source: docs/decisions/campaigns.md.
+/// Source: docs/decisions/answers.md.
 #[must_use]
 pub fn evidence_table<'a>(states: impl IntoIterator<Item = &'a State<'a>>) -> Table {
     let mut table = table(&OF_EVIDENCE);
@@ -311,7 +311,7 @@ fn spread_of(estimate: &ThresholdEstimate) -> &'static str {
 
 /// The thresholds of the adaptive comparisons of `state`, with a row for each run, in the unit of its levels.
 ///
-/// Source: docs/decisions/campaigns.md.
+/// Source: docs/decisions/answers.md.
 #[must_use]
 pub fn thresholds_table(state: &State<'_>) -> Table {
     let mut table = table(&THRESHOLD_COLUMNS);

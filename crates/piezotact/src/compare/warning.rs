@@ -143,7 +143,7 @@ impl std::fmt::Display for Named {
 
 /// A name in small letters, without blanks and without zeros before a number: two names that are the same so may be meant as one.
 ///
-/// Source: docs/decisions/campaigns.md.
+/// Source: docs/decisions/answers.md.
 ///
 /// ```
 /// use piezotact::compare::plain_name;

@@ -417,10 +417,10 @@ mod tests {
         assert_eq!(named(people(24, 99, USUAL)), Vec::<[String; 2]>::new());
     }
 
-    /// A panel of 40 that suffices, with one of them again: the average is not decided.
+    /// A panel of 100 that suffices, with one of them again: the average is not decided.
     #[test]
     fn an_average_with_somebody_twice_is_not_decided() {
-        let honest = people(40, 3, USUAL);
+        let honest = people(100, 3, USUAL);
         let cell = honest[0].filing.cell;
         let again = |honest: &[Entry<Force, Acceleration>]| {
             let copy = honest[0].function.clone().times(|_| Complex::from(1.05));
@@ -437,7 +437,7 @@ mod tests {
         let twice = costs(&again(&honest));
         assert_eq!(twice.verdict.outcome, Outcome::NotDecided);
         let distinct = twice.criterion(AverageCriterion::Distinct).unwrap();
-        assert_eq!(distinct.found, Some(40.0 / 41.0));
+        assert_eq!(distinct.found, Some(100.0 / 101.0));
         let said = twice.conclusion(cell);
         assert!(
             said.contains("participants in it may be one person. Remove"),

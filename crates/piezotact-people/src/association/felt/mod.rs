@@ -83,7 +83,7 @@ pub struct Felt {
 /// 1 % of the largest, where a drive was recorded beside it; of a recording of touch its strokes, with a warning that says so (as
 /// [`sliding_part`]); or else all of it.
 ///
-/// Source: docs/decisions/campaigns.md.
+/// Source: docs/decisions/answers.md.
 ///
 /// # Errors
 /// [`RecordingError`] where there is no acceleration, or several.
@@ -113,7 +113,7 @@ pub fn felt_part(
 
 /// The names of the textures in those of `pairs` that are looked at: somebody confused them, and they are not shown to be told apart.
 ///
-/// Source: docs/decisions/campaigns.md.
+/// Source: docs/decisions/answers.md.
 #[must_use]
 pub fn felt_samples(pairs: &[ConfusedPair]) -> BTreeSet<String> {
     let names = pairs.iter().filter(|pair| is_looked_at(pair));
@@ -134,7 +134,7 @@ fn is_looked_at(pair: &ConfusedPair) -> bool {
 /// Formula: PSD by Welch, Hann segments with half overlap of about 1.2 Hz, or shorter where two of them do not fit; level and spectrum as
 /// [`piezotact::score::score`] has them, the spectrum at equal sensation level.
 ///
-/// Source: docs/decisions/campaigns.md; thesis figures 53, 54, 60, 64 and 65.
+/// Source: docs/decisions/answers.md; thesis figures 53, 54, 60, 64 and 65.
 #[must_use]
 pub fn felt_pairs(
     pairs: &[ConfusedPair],
