@@ -341,7 +341,7 @@ mod tests {
             panels.add(panel_of(seed, 9.0 + seed as f64 / 8.0));
         }
         let text = table(&panels.counts(40));
-        let range = "; all panels 11.6 ± 1.46 dB, 95 % of them 9.25 to 13.9 dB: too wide";
+        let range = "; all panels 11.6 ± 1.44 dB, 95 % of them 9.25 to 13.9 dB: too wide";
         assert!(text.contains(range), "{text}");
     }
 }
