@@ -344,6 +344,42 @@ fn groups_too_small_for_their_spread_decide_nothing() {
     assert_eq!(found.outcome(), Outcome::Met);
 }
 
+/// Five differ from twenty who guess; four of whom one stands twice are too few.
+#[test]
+fn a_person_who_stands_twice_makes_no_group_large_enough() {
+    let mut random = Random::stream(6, 0, "twice");
+    let guess = table(20, &["naming"], 20, |_, _, _| below(&mut random, 3));
+    let mut of = |people_apart: usize| {
+        let mut last = Vec::new();
+        let mut again = 0;
+        let five = table(5, &["naming"], 20, |person, _, presented| {
+            if person >= people_apart {
+                again += 1;
+                return last[again - 1];
+            }
+            let says = match random.uniform() < 0.6 {
+                true => presented,
+                false => below(&mut random, 3),
+            };
+            if person + 1 == people_apart {
+                last.push(says);
+            }
+            says
+        });
+        let all = MatrixConfig::default();
+        let people = Difference::People(two("own", "averaged"));
+        compared_studies([(&five, &all), (&guess, &all)], &people).unwrap()
+    };
+    let five = of(5);
+    assert_eq!((five.p_once, five.outcome()), (None, Outcome::Met));
+    let four = of(4);
+    assert_eq!(
+        (four.p_once, four.outcome()),
+        (Some(1.0), Outcome::NotDecided)
+    );
+    assert!(four.p_value <= LEVEL_SHARE, "{four:?}");
+}
+
 /// Two of ten who always say S1 beside eight who are right in nine of ten: said. Ten who guess, or who are right in six to nine of ten, are no
 /// mixture.
 #[test]

@@ -360,7 +360,7 @@ fn guessing_of(people: &BTreeMap<&str, Counts>) -> Option<Guessing> {
 impl Compared {
     /// The same beside what is found with people counted once; where nothing can be found then, it rests on them.
     fn beside_once(self, once: Option<Result<Self, AssociationError>>) -> Self {
-        let p_once = once.map(|once| once.map_or(1.0, |once| once.test.p_value));
+        let p_once = once.map(|once| once.map_or(1.0, |once| once.p_value.max(once.smallest_p)));
         Self { p_once, ..self }
     }
 
