@@ -110,7 +110,7 @@ pub struct Between {
 
 /// Whether the means of two groups of people differ: one share for each person. `None` where a group has nobody.
 ///
-/// Formula: t = (ā − b̄)/√(s²ₐ/n + s²_b/m), which is permuted; and Student's t with the degrees of freedom of Welch and Satterthwaite, or
+/// Formula: t = (ā − b̄)/√(s²a/n + s²b/m), which is permuted; and Student's t with the degrees of freedom of Welch and Satterthwaite, or
 /// one less than the people of the smaller group where that one varies more: a permutation is too sure there.
 ///
 /// Source: A. Janssen (1997), Stat. Probab. Lett. 36 (studentised permutations); B. L. Welch (1947), Biometrika 34;

@@ -144,7 +144,8 @@ fn the_error_for_a_new_person_is_within_its_interval() {
         true => vec![6.0 * noise.normal(); LINES],
         false => vec![2.0 * noise.normal(); LINES],
     };
-    let populations: [&dyn Fn(&mut Noise) -> Vec<f64>; 3] = [&level, &shape, &unusual];
+    type Person<'a> = &'a dyn Fn(&mut Noise) -> Vec<f64>;
+    let populations: [Person<'_>; 3] = [&level, &shape, &unusual];
     for (kind, person) in populations.into_iter().enumerate() {
         for n in [4, 6, 10, 20] {
             let mut noise = Noise(49 + n as u64);

@@ -110,7 +110,7 @@ impl People {
         let mut one = || self.levels(World::Null, &mut random)[0].clone();
         let error = |_| {
             let own = one();
-            let mut sums = vec![0.0; LINES];
+            let mut sums = [0.0; LINES];
             for _ in 0..in_average {
                 let other = one();
                 sums.iter_mut().zip(other).for_each(|(sum, db)| *sum += db);
