@@ -9,12 +9,13 @@ use piezotact::statistics::median;
 const OVER: Seconds = Seconds(0.05);
 /// From fewer electrodes no usual one is known: each is compared with itself alone.
 const FEWEST: usize = 3;
-/// Blocks of this length, s, how many of them in a row, and the factor between the level of an electrode and what is usual for it.
-const LOOKED: [(f64, usize, f64); 2] = [(0.2, 3, 10.0), (4.0, 2, 4.0)];
+/// Blocks of this length, s, how many of them in a row below and above what is usual for an electrode, and the factor. Blinks that follow each
+/// other are above it for half a second.
+const LOOKED: [(f64, [usize; 2], f64); 2] = [(0.2, [3, 5], 10.0), (4.0, [2, 2], 4.0)];
 /// What stands in the place of a level of nothing, V.
 const NOTHING_V: f64 = 1e-12;
 
-/// The parts of each of `signals` at `rate`, V, in which it is a factor of 10 below or above its usual level for 0.6 s, or of 4 for 8 s; none
+/// The parts of each of `signals` at `rate`, V, in which it is a factor of 10 below its usual level for 0.6 s or above it for 1 s, or of 4 for 8 s; none
 /// of signals of fewer than twice as many blocks.
 ///
 /// Formula: the level is the RMS of x(t + 50 ms) − x(t), re the median of the levels of all electrodes in the same block where there are
@@ -27,7 +28,7 @@ pub(super) fn off(signals: &[&[f64]], rate: SampleRate) -> Vec<Vec<Range<usize>>
         let block = rate.samples_in(Seconds(block_s)).max(1);
         let levels: Vec<Vec<f64>> = signals.iter().map(|own| levels(own, block, rate)).collect();
         let blocks = levels.first().map_or(0, Vec::len);
-        if blocks < 2 * least {
+        if blocks < 2 * least[1] {
             continue;
         }
         let usual: Vec<f64> = (0..blocks)
@@ -42,10 +43,14 @@ pub(super) fn off(signals: &[&[f64]], rate: SampleRate) -> Vec<Vec<Range<usize>>
         for (own, found) in levels.iter().zip(&mut found) {
             let relative: Vec<f64> = own.iter().zip(&usual).map(|(own, all)| own - all).collect();
             let middle = median(&mut relative.clone()).unwrap_or_default();
-            let is_off = |level: &f64| (level - middle).abs() > f64::ln(factor);
+            // Below or above.
+            let side = |level: &f64| {
+                let off = level - middle;
+                (off.abs() > f64::ln(factor)).then_some(off > 0.0)
+            };
             let mut at = 0;
-            for run in relative.chunk_by(|a, b| is_off(a) == is_off(b)) {
-                if run.len() >= least && is_off(&run[0]) {
+            for run in relative.chunk_by(|a, b| side(a) == side(b)) {
+                if side(&run[0]).is_some_and(|above| run.len() >= least[usize::from(above)]) {
                     found.push(at * block..(at + run.len()) * block);
                 }
                 at += run.len();
