@@ -177,7 +177,7 @@ fn rows_in_another_order_are_named() {
         pairs(&same([five.clone(), again.clone()].concat())),
         copies(5)
     );
-    // And numbered anew, so that no trial is the same.
+    // With other trial numbers, so that no trial is the same.
     for (i, one) in again.iter_mut().enumerate() {
         one.trial = (i + 1000).to_string();
     }

@@ -64,7 +64,7 @@ pub struct ExpectedShare {
     /// The share with its 95 % interval over participants, beside the larger of chance and habit: met above it, not met below it; not
     /// decided where people counted otherwise would decide otherwise.
     pub criterion: Criterion<ExpectedCriterion>,
-    /// The same with people counted otherwise, where some may be one, or one gave most of the answers.
+    /// The same with another weighting of participants: those who may be one person once, or all alike where one gave most of the answers.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub recounts: Vec<Recount>,
 }
@@ -80,7 +80,7 @@ pub enum Counted {
     Alike,
 }
 
-/// A conclusion with people counted otherwise.
+/// The share and what it decides with another weighting of participants.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Recount {
