@@ -110,7 +110,7 @@ fn every_break_of_eeg_is_found() {
         parts.push(ending);
         file(root, &parts)
     }
-    let breaks: [Break; 12] = [
+    let breaks: [Break; 17] = [
         ("samples cut in half", "samples", "_eeg.vhdr", |root| {
             let path = of(root, "_eeg.eeg");
             let bytes = std::fs::read(&path).unwrap();
@@ -181,6 +181,47 @@ fn every_break_of_eeg_is_found() {
             |root| {
                 std::fs::remove_file(file(root, &["sub-P01", "eeg/", "_coordsystem.json"]))
                     .unwrap();
+            },
+        ),
+        ("another unit", "metadata", "_channels.tsv", |root| {
+            edit(&of(root, "_channels.tsv"), |text| {
+                crate::bids::with_cell(text, 3, "units", |_| "kV".into())
+            });
+        }),
+        (
+            "another number of channels",
+            "metadata",
+            "_eeg.vhdr",
+            |root| {
+                edit(&of(root, "_eeg.json"), |text| {
+                    text.replace("\"EEGChannelCount\": ", "\"EEGChannelCount\": 1")
+                });
+            },
+        ),
+        ("a line of no channel", "columns", "_channels.tsv", |root| {
+            edit(&of(root, "_channels.tsv"), |text| {
+                let other = text.lines().find(|line| line.starts_with("C3\t")).unwrap();
+                let other = other.replacen("C3\tEEG", "AUX\tAUDIO", 1);
+                format!("{text}{other}\n")
+            });
+        }),
+        ("durations first", "columns", "_events.tsv", |root| {
+            edit(&of(root, "_events.tsv"), |text| {
+                let turned = text.lines().map(|line| {
+                    let cells: Vec<&str> = line.splitn(3, '\t').collect();
+                    format!("{}\t{}\t{}\n", cells[1], cells[0], cells[2])
+                });
+                turned.collect()
+            });
+        }),
+        (
+            "events of no recording",
+            "file",
+            "other_events.tsv",
+            |root| {
+                let path = of(root, "_events.tsv");
+                let other = path.to_str().unwrap().replace("task-task3", "task-other");
+                std::fs::copy(path, other).unwrap();
             },
         ),
         ("an event after the end", "onset", "_events.tsv", |root| {

@@ -231,7 +231,7 @@ fn one_hit_has_no_coherence() {
     let tf = written(&folder, "tf.json");
     assert!(tf.get("coherence").is_none() && tf.get("confidence").is_none());
     let report = std::fs::read_to_string(folder.path("report.html")).unwrap();
-    assert!(report.contains("one hit has none") && !report.contains("median coherence"));
+    assert!(report.contains("one average has none") && !report.contains("median coherence"));
     for name in ["tf.mat", "tf.uff"] {
         let mut call = transfer("one.csv", &[]);
         let out = call.iter().position(|part| *part == "tf.json").unwrap();

@@ -213,9 +213,9 @@ pub(crate) fn checked_step_hz(path: &Path, document: &TransferDocument) -> Resul
     let lengths = [
         document.real.len(),
         document.imaginary.len(),
-        // One hit has no coherence.
+        // One hit, or one segment, has no coherence.
         match document.coherence.len() {
-            0 if document.impact.is_some() => lines,
+            0 if document.impact.is_some() || document.averages == 1 => lines,
             found => found,
         },
     ];

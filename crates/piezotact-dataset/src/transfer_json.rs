@@ -58,7 +58,7 @@ pub struct TransferDocument {
     pub real: Vec<f64>,
     /// The imaginary part of every line.
     pub imaginary: Vec<f64>,
-    /// The coherence of every line; empty for an impact test of one hit, which has none.
+    /// The coherence of every line; empty where there is one average, which has none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub coherence: Vec<f64>,
     /// The hits and the windows of an impact test, with the damping that an exponential window added.
@@ -174,10 +174,13 @@ impl TransferDocument {
         }
     }
 
-    /// The coherence of every line, 0 where there is none as of one hit.
+    /// The coherence of every line, 0 where there is none, as of one average.
     fn coherence_or_none(&self) -> Vec<f64> {
-        let one_hit = self.impact.as_ref().is_some_and(|test| test.used() == 1);
-        if one_hit && self.coherence.is_empty() {
+        let averages = match &self.impact {
+            Some(test) => test.used(),
+            None => self.averages,
+        };
+        if averages == 1 && self.coherence.is_empty() {
             return vec![0.0; self.frequency_hz.len()];
         }
         self.coherence.clone()

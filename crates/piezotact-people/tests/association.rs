@@ -1,6 +1,7 @@
 //! Association matrices against the thesis, published examples and SciPy.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
+use piezotact::compare::{CompareWarning, Mixed, Named};
 use piezotact::criterion::Outcome;
 use piezotact::statistics::random::Random;
 use piezotact::warning::{Few, FewWarning};
@@ -117,6 +118,29 @@ fn claim_34_sc_declared_sd_is_a_third_of_its_presentations() {
         let sum: f64 = row.cells.iter().filter_map(|cell| cell.percent).sum();
         assert!((sum - 100.0).abs() < 1e-9);
     }
+}
+
+/// A keyboard's `s1` beside `S1`: three samples count as four, and chance is lower than it was.
+#[test]
+fn samples_whose_names_differ_in_case_are_named() {
+    let of = |last: &'static str| {
+        let of = [("P1", "S1", "S1"), ("P1", "S2", "S2"), ("P2", "S3", last)];
+        let declared = Declared::plain(&["S1", "S2", "S3", "s1"]);
+        let table = AnswerTable::new(declared, answers(&of)).unwrap();
+        let warnings = associate(&table, &AssociationConfig::default())
+            .unwrap()
+            .warnings;
+        let alike = Mixed::NamesAlike {
+            of: Named::Sample,
+            one: "S1".into(),
+            other: "s1".into(),
+        };
+        let named = CompareWarning::Mixed { how: alike };
+        warnings
+            .iter()
+            .any(|warning| warning.kind() == Some(named.clone()))
+    };
+    assert!(of("s1") && !of("S1"));
 }
 
 #[test]

@@ -10,6 +10,7 @@ pub use warning::ResampleWarning;
 
 use crate::series::SeriesError;
 use std::f64::consts::PI;
+use std::ops::Range;
 
 use crate::quantity::{Hertz, Quantity, SampleRate};
 use crate::series::Series;
@@ -141,6 +142,36 @@ impl Resampler {
     /// its end it is taken to be zero.
     #[must_use]
     pub fn process(&self, samples: &[f64]) -> Vec<f64> {
+        self.of_padded(samples, |_padded, _own| {})
+    }
+
+    /// As [`Self::process`] for a part of a longer signal: beyond its ends it goes on, turned about its last sample by half a turn. Taken to
+    /// be zero there, a part that ends far from zero overshoots.
+    fn process_part(&self, samples: &[f64]) -> Vec<f64> {
+        self.of_padded(samples, |padded, own| {
+            let (Some(first), Some(last)) = (samples.first(), samples.last()) else {
+                return;
+            };
+            let turned = |end: f64, inwards: usize, from_end: bool| {
+                let inwards = inwards.min(samples.len() - 1);
+                let at = if from_end {
+                    samples.len() - 1 - inwards
+                } else {
+                    inwards
+                };
+                2.0 * end - samples[at]
+            };
+            for (back, value) in (1..).zip(padded[..own.start].iter_mut().rev()) {
+                *value = turned(*first, back, false);
+            }
+            for (on, value) in (1..).zip(&mut padded[own.end..]) {
+                *value = turned(*last, on, true);
+            }
+        })
+    }
+
+    /// The signal at the new rate, of `samples` with what `beyond` writes beyond the place that it is given, where zeros stand.
+    fn of_padded(&self, samples: &[f64], beyond: impl Fn(&mut [f64], Range<usize>)) -> Vec<f64> {
         let n = samples.len();
         let wanted = (n * self.outputs).div_ceil(self.inputs);
         let cycles = wanted.div_ceil(self.outputs);
@@ -152,7 +183,9 @@ impl Resampler {
             .unwrap_or(0)
             + self.inputs;
         let mut padded = vec![0.0; self.reach + n.max(cycles * self.inputs) + after];
-        padded[self.reach..self.reach + n].copy_from_slice(samples);
+        let own = self.reach..self.reach + n;
+        padded[own.clone()].copy_from_slice(samples);
+        beyond(&mut padded, own);
         let mut out = Vec::with_capacity(cycles * self.outputs);
         self.simd.dispatch(Cycles {
             resampler: self,
@@ -207,7 +240,7 @@ impl pulp::WithSimd for Cycles<'_> {
 }
 
 /// `x` at the rate `to`, in the same unit and at the same times; the lowest 90 % of the narrower of the two
-/// bands come through unchanged.
+/// bands come through unchanged. Beyond its ends the signal goes on as its point reflection there.
 ///
 /// Source: J. F. Kaiser (1974); polyphase form, Crochiere and Rabiner, Multirate Digital Signal Processing.
 ///
@@ -243,7 +276,7 @@ pub fn resample_over<Q: Quantity>(
             to,
         });
     }
-    let samples = Resampler::new(x.rate(), to, passband)?.process(x.samples());
+    let samples = Resampler::new(x.rate(), to, passband)?.process_part(x.samples());
     Series::new(samples, to).map_err(|_nothing_left| SeriesError::TooShort)
 }
 
@@ -450,6 +483,26 @@ mod tests {
             .process(&x);
         let peak_db = 20.0 * crate::statistics::peak(&y[2000..8000]).log10();
         assert!(peak_db < -REJECTION_DB + 3.0, "{peak_db}");
+    }
+
+    /// A part of a signal that ends far from zero does not overshoot: a ramp stays a ramp to its ends.
+    #[test]
+    fn a_ramp_stays_within_its_ends() {
+        let ramp: Vec<f64> = (0..4000)
+            .map(|i| 15.0 * (i as f64 / 2000.0 - 1.0))
+            .collect();
+        let x: Series<crate::quantity::Acceleration> = Series::new(ramp, hz(4000.0)).unwrap();
+        for to in [48_000.0, 44_100.0, 1300.0] {
+            let y = resample(&x, hz(to)).unwrap();
+            let off = |(i, y): (usize, &f64)| (y - 15.0 * (2.0 * i as f64 / to - 1.0)).abs();
+            let worst = y.samples().iter().enumerate().map(off).fold(0.0, f64::max);
+            assert!(worst < 15.0 * 1e-3, "{to}: {worst}");
+        }
+        // Shorter than the filter reaches.
+        let short: Series<crate::quantity::Acceleration> =
+            Series::new(vec![1.0; 3], hz(4000.0)).unwrap();
+        let held = resample(&short, hz(48_000.0)).unwrap();
+        assert!(held.samples().iter().all(|y| (y - 1.0).abs() < 1e-9));
     }
 
     #[test]

@@ -146,9 +146,15 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
         estimator: Estimator,
         rate: SampleRate,
     ) -> Result<(Self, Found), TransferError> {
+        let ratio = spectra.ratio(estimator);
+        // One segment agrees with itself, whatever it holds.
+        let coherence = match spectra.averages {
+            1 => vec![0.0; ratio.len()],
+            _ => spectra.coherence(),
+        };
         let mut function = Self::from_lines(
-            spectra.ratio(estimator),
-            spectra.coherence(),
+            ratio,
+            coherence,
             spectra.resolution_hz,
             rate,
             estimator,
@@ -282,16 +288,19 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
         &self.response
     }
 
-    /// Coherence of every line, 0–1; 0 where there is none, as of one hit.
+    /// Coherence of every line, 0–1; 0 where there is none, as of one average.
     #[must_use]
     pub fn coherence(&self) -> &[f64] {
         &self.coherence
     }
 
-    /// Whether there is a coherence: an impact test of one hit has none.
+    /// Whether there is a coherence: one segment, or one hit of an impact test, has none.
     #[must_use]
     pub fn has_coherence(&self) -> bool {
-        self.impact.as_ref().is_none_or(|test| test.used() > 1)
+        match &self.impact {
+            Some(test) => test.used() > 1,
+            None => self.averages != 1,
+        }
     }
 
     /// The checksum of the lines: equal checksums mean the same measurement.

@@ -147,6 +147,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
             },
             rate: header.rate,
             per_unit: 1,
+            stated_unit: described.unit.clone(),
         });
     }
     drop(stored);

@@ -1,5 +1,6 @@
 //! The content of an EEG file before it is cut at its gaps.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use piezotact::Warning;
@@ -45,6 +46,8 @@ pub(super) struct Line {
     pub(super) rate: SampleRate,
     /// Samples in one unit of storage.
     pub(super) per_unit: usize,
+    /// The unit as the file writes it.
+    pub(super) stated_unit: String,
 }
 
 /// All that a file holds.
@@ -96,6 +99,13 @@ impl Content {
                 "check the export",
             ));
         };
+        let stated = self.lines.iter_mut();
+        let stated = stated.map(|line| {
+            let unit = std::mem::take(&mut line.stated_unit);
+            (line.channel.name.clone(), unit)
+        });
+        let stated_units: BTreeMap<String, String> =
+            stated.filter(|(_, unit)| !unit.is_empty()).collect();
         let starts: Vec<usize> = self.parts.iter().map(|part| part.from).collect();
         let mut segments = Vec::with_capacity(self.parts.len());
         let of_parts = self.events_of_parts(rate, per_unit);
@@ -161,6 +171,7 @@ impl Content {
             kind: self.kind,
             segments,
             positions: Vec::new(),
+            stated_units,
         })
     }
 

@@ -108,6 +108,8 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
             },
             rate,
             per_unit: 1,
+            // The format has none.
+            stated_unit: String::new(),
         });
     let content = Content {
         losses: Losses::default(),

@@ -16,6 +16,7 @@ mod ini;
 mod trigger;
 mod xdf;
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -97,6 +98,8 @@ pub struct EegFile {
     pub segments: Vec<EegSegment>,
     /// The positions of electrodes that the file states: x to the right, y to the front, z up, in any unit; empty where it states none.
     pub positions: Vec<StatedPosition>,
+    /// The unit of each channel as the file writes it, before the samples became SI; empty where the format states none.
+    pub stated_units: BTreeMap<String, String>,
 }
 
 impl EegFile {
@@ -194,7 +197,7 @@ fn in_folder_of(beside: &Path, name: &str) -> PathBuf {
 fn unique_names(names: &mut [String]) -> Vec<String> {
     let before: Vec<String> = names.to_vec();
     let mut changed = Vec::new();
-    let mut seen = std::collections::BTreeMap::<&str, (usize, usize)>::new();
+    let mut seen = BTreeMap::<&str, (usize, usize)>::new();
     for name in &before {
         seen.entry(name).or_default().0 += 1;
     }

@@ -2,9 +2,10 @@
 
 use crate::association::AssociationError;
 use piezotact::warning::{Few, FewWarning};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use piezotact::Warning;
+use piezotact::compare::{CompareWarning, Mixed, Named, plain_name};
 use piezotact::criterion::Outcome;
 use piezotact::discrimination::Model;
 use piezotact::document::Content;
@@ -218,6 +219,7 @@ pub fn associate(
     let unbalanced = unbalanced(selected.iter().copied());
     let mut warnings = warnings(table, config, &selected, &expected, &pairs);
     warnings.splice(0..0, warnings_of_people(&same_people, unbalanced.as_ref()));
+    warnings.extend(samples_alike(&selected));
     let participants = different(&|answer| &answer.participant).len();
     Ok(Association {
         name: String::new(),
@@ -379,6 +381,27 @@ fn warnings(
     few.into_iter()
         .chain(found.into_iter().map(Warning::from))
         .collect()
+}
+
+/// Samples whose names differ in capital letters, blanks or leading zeros alone.
+fn samples_alike(answers: &[&Answer]) -> Vec<Warning> {
+    let names = answers
+        .iter()
+        .flat_map(|answer| [answer.presented.as_str(), answer.answered.as_str()]);
+    let mut first: BTreeMap<String, &str> = BTreeMap::new();
+    let mut found = Vec::new();
+    for name in names.collect::<BTreeSet<&str>>() {
+        let one = *first.entry(plain_name(name)).or_insert(name);
+        if one != name {
+            let how = Mixed::NamesAlike {
+                of: Named::Sample,
+                one: one.to_owned(),
+                other: name.to_owned(),
+            };
+            found.push(CompareWarning::Mixed { how }.into());
+        }
+    }
+    found
 }
 
 /// How many of `answers` are flagged, and how many have each flag.

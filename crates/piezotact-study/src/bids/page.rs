@@ -146,6 +146,9 @@ impl Shown for Checked {
                 (None, false) => Outcome::NotMet,
             };
             first.push(Block::conclusion(other.sentence(), outcome));
+        } else {
+            let sentence = "The official validator was not asked";
+            first.push(Block::conclusion(sentence, None));
         }
         let not_read = self.not_read.iter();
         first.push(Block::numbers(not_read.map(|(kind, count)| {

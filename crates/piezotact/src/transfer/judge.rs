@@ -215,7 +215,7 @@ fn tone<I: Quantity, O: Quantity>(function: &TransferFunction<I, O>) -> Option<U
 
 /// The excited band, where on most of its lines less than half of the response comes from the drive: related, but only weakly.
 fn weak<I: Quantity, O: Quantity>(function: &TransferFunction<I, O>) -> Option<Band> {
-    let excited = function.excited?;
+    let excited = function.excited.filter(|_| function.has_coherence())?;
     (function.low_coherence_share(excited, HALF) > 0.5).then_some(excited)
 }
 

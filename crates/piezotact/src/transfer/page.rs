@@ -161,7 +161,7 @@ impl<'a, I: Quantity, O: Quantity> TransferReport<'a, I, O> {
             ));
         }
         if !function.has_coherence() {
-            numbers.push(Number::new("none", "coherence: one hit has none"));
+            numbers.push(Number::new("none", "coherence: one average has none"));
         }
         if let Some(reach_db) = function.median_reach_db(judged) {
             let reach = match reach_db.is_finite() {

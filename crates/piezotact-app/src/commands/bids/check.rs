@@ -47,16 +47,8 @@ pub(super) fn run(args: &Arguments) -> Outcome {
     deliver(&args.outputs, &checked)
 }
 
-/// What the official validator says; `None` where it is not installed.
+/// What the official validator says; without an answer, why there is none.
 fn second_opinion(folder: &Path) -> Option<SecondOpinion> {
-    let mut child = Command::new(VALIDATOR)
-        .args(["--format", "json", "--max-rows", "-1"])
-        .arg(folder)
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::null())
-        .spawn()
-        .ok()?;
     let failed = |why: String| {
         Some(SecondOpinion {
             program: VALIDATOR.to_owned(),
@@ -64,6 +56,22 @@ fn second_opinion(folder: &Path) -> Option<SecondOpinion> {
             warnings: 0,
             failed: Some(why),
         })
+    };
+    let spawned = Command::new(VALIDATOR)
+        .args(["--format", "json", "--max-rows", "-1"])
+        .arg(folder)
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn();
+    let mut child = match spawned {
+        Ok(child) => child,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+            return failed(format!(
+                "not asked, as it is not installed; install it with pip install {VALIDATOR}"
+            ));
+        }
+        Err(error) => return failed(format!("cannot be started: {error}")),
     };
     let Some(mut out) = child.stdout.take() else {
         return failed("expected its answer, found none; run it by hand".into());

@@ -108,6 +108,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
             },
             rate: header.rate_of(path, signal)?,
             per_unit: signal.per_record,
+            stated_unit: signal.dimension.clone(),
         });
     }
     // In the order of time, as MNE has annotations.

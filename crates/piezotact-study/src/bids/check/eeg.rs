@@ -3,13 +3,14 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use piezotact::page::Table;
+use piezotact::quantity::Unit;
 
 use super::super::physio::number_in;
 use super::super::table::{cell, read_table};
 use super::super::tree::{Entry, Tree};
 use super::signals::{Span, Spans, together};
 use super::{Found, Origin, ProblemKind};
-use piezotact_dataset::eeg::{EegFile, read_eeg};
+use piezotact_dataset::eeg::{EegFile, EegKind, read_eeg};
 
 /// How far rates may be apart, as a share.
 const SAME_RATE: f64 = 1e-4;
@@ -28,6 +29,15 @@ const REQUIRED: [&str; 4] = [
 const TYPES: [&str; 17] = [
     "AUDIO", "EEG", "EOG", "ECG", "EMG", "EYEGAZE", "GSR", "HEOG", "MISC", "PPG", "PUPIL", "REF",
     "RESP", "SYSCLOCK", "TEMP", "TRIG", "VEOG",
+];
+/// Fields of the JSON file that count channels, with the types of the table of channels that they count (BIDS 1.11, EEG).
+const COUNTS: [(&str, &[&str]); 6] = [
+    ("EEGChannelCount", &["EEG"]),
+    ("ECGChannelCount", &["ECG"]),
+    ("EMGChannelCount", &["EMG"]),
+    ("EOGChannelCount", &["EOG", "HEOG", "VEOG"]),
+    ("MISCChannelCount", &["MISC"]),
+    ("TriggerChannelCount", &["TRIG"]),
 ];
 /// Columns that a table of channels has.
 const COLUMNS: [&str; 3] = ["name", "type", "units"];
@@ -80,7 +90,35 @@ pub(super) fn check(tree: &Tree, origin: Origin, spans: &mut Spans, found: &mut 
             spans.insert(key, span);
         }
     }
+    alone(tree, found);
     count
+}
+
+/// Tables of channels and of events in a folder of EEG that belong to no recording.
+fn alone(tree: &Tree, found: &mut Found) {
+    let in_eeg = |entry: &&Entry| entry.datatype() == Some("eeg");
+    let recordings: BTreeSet<_> = tree
+        .entries
+        .iter()
+        .filter(in_eeg)
+        .filter(|entry| entry.parsed().is_some_and(|name| name.suffix == "eeg"))
+        .filter(|entry| !entry.file.ends_with(".json"))
+        .filter_map(together)
+        .collect();
+    for entry in tree
+        .entries
+        .iter()
+        .filter(in_eeg)
+        .filter(|one| one.is_table())
+    {
+        let is_of_recording = entry
+            .parsed()
+            .is_some_and(|name| matches!(name.suffix.as_str(), "channels" | "events"));
+        if is_of_recording && together(entry).is_some_and(|key| !recordings.contains(&key)) {
+            let why = "expected a recording of the same name beside it, found none; restore the recording, or remove this table";
+            found.add(ProblemKind::File, &entry.file, None, why);
+        }
+    }
 }
 
 /// The rate and the length against those of the JSON file.
@@ -290,7 +328,7 @@ fn channels(tree: &Tree, (entry, origin): (&Entry, Origin), read: &EegFile, foun
         let Some(name) = cell(&table, row, "name").map(str::trim) else {
             continue;
         };
-        let of_brain = cell(&table, row, "type").is_some_and(|kind| kind == "EEG");
+        let of_events = matches!(cell(&table, row, "type"), Some("TRIG" | "MISC"));
         missing.remove(name);
         if !seen.insert(name) {
             let why =
@@ -298,9 +336,10 @@ fn channels(tree: &Tree, (entry, origin): (&Entry, Origin), read: &EegFile, foun
             found.add(ProblemKind::Twice, file, line, why);
         }
         levels(&table, row, (file, line), found);
+        unit(&table, (row, name), read, (file, line), found);
         match rates.get(name) {
-            // Channels of triggers are read as events.
-            None if of_brain => {
+            // Channels of triggers and of annotations are read as events.
+            None if !of_events || read.kind == EegKind::BrainVision => {
                 let why = format!(
                     "expected channels that the file of samples has, found `{name}`; correct the name, or remove the line"
                 );
@@ -320,11 +359,57 @@ fn channels(tree: &Tree, (entry, origin): (&Entry, Origin), read: &EegFile, foun
             }
         }
     }
+    counts(tree, (entry, file), &table, found);
     for name in missing.into_keys() {
         let why = format!(
             "expected a line for the channel {name}, which the file of samples has, found none; restore it"
         );
         found.add(ProblemKind::Columns, file, None, why);
+    }
+}
+
+/// The unit of a channel in its table against the one in the file of samples.
+fn unit(
+    table: &Table,
+    (row, name): (usize, &str),
+    read: &EegFile,
+    (file, line): (&str, u64),
+    found: &mut Found,
+) {
+    let stated = cell(table, row, "units").map(str::trim);
+    let stated = stated.filter(|unit| !matches!(*unit, "" | "n/a"));
+    let (Some(stated), Some(own)) = (stated, read.stated_units.get(name)) else {
+        return;
+    };
+    let meant =
+        |unit: &str| Unit::parse(&unit.trim().replace('\u{b5}', "u").replace('\u{3bc}', "u"));
+    if !own.trim().is_empty() && meant(stated) != meant(own) {
+        let why = format!(
+            "expected the unit {own} of the channel {name}, as in the file of samples, found {stated}; correct the one that is wrong"
+        );
+        found.add(ProblemKind::Metadata, file, line, why);
+    }
+}
+
+/// The numbers of channels in the JSON file against the types in the table of channels.
+fn counts(tree: &Tree, (entry, listed): (&Entry, &str), table: &Table, found: &mut Found) {
+    let Ok(sidecar) = tree.sidecar(entry) else {
+        return;
+    };
+    for (field, types) in COUNTS {
+        let Some(stated) = sidecar.get(field).and_then(serde_json::Value::as_f64) else {
+            continue;
+        };
+        let rows = 0..table.rows.len();
+        let count = rows
+            .filter(|row| cell(table, *row, "type").is_some_and(|kind| types.contains(&kind)))
+            .count();
+        if stated != count as f64 {
+            let why = format!(
+                "expected {field} {count} in its JSON file, as {listed} lists so many, found {stated}; correct the one that is wrong"
+            );
+            found.add(ProblemKind::Metadata, &entry.file, None, why);
+        }
     }
 }
 

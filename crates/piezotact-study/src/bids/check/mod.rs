@@ -139,7 +139,7 @@ pub struct Checked {
     pub signals: usize,
     /// How many files hold data that this check does not read, by kind of data.
     pub not_read: BTreeMap<String, usize>,
-    /// What the official validator found; absent where it was not asked or is not installed.
+    /// What the official validator found; absent where it was not to be asked.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub second_opinion: Option<SecondOpinion>,
 }

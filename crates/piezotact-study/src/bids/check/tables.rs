@@ -245,6 +245,17 @@ fn heading(file: &str, line: &str, found: &mut Found) {
             found.add(ProblemKind::Columns, file, 1, why);
         }
     }
+    let first: Vec<&str> = line.split('\t').take(2).collect();
+    let are_there = ["onset", "duration"]
+        .iter()
+        .all(|name| known.contains(name));
+    if is_events && are_there && first != ["onset", "duration"] {
+        let why = format!(
+            "expected the columns onset and duration first, found {}; move them",
+            first.join(" and ")
+        );
+        found.add(ProblemKind::Columns, file, 1, why);
+    }
 }
 
 /// Columns of our own tables that were renamed: rules go by their names.
