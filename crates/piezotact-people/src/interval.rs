@@ -67,11 +67,13 @@ pub struct Clustered {
 /// Source: E. L. Korn and B. I. Graubard (1998), Survey Methodology 24, as R's `survey::svyciprop(method = "beta")`; docs/decisions/answers.md.
 #[must_use]
 pub fn clustered_interval(participants: &[(usize, usize)]) -> Option<Clustered> {
-    let shown: Vec<(f64, f64)> = participants
-        .iter()
-        .filter(|(_, trials)| *trials > 0)
-        .map(|(successes, trials)| (*successes as f64, *trials as f64))
-        .collect();
+    let participants = participants.iter();
+    clustered_of(participants.map(|(successes, trials)| (*successes as f64, *trials as f64)))
+}
+
+/// The same for numbers that need not be whole.
+pub(crate) fn clustered_of(participants: impl Iterator<Item = (f64, f64)>) -> Option<Clustered> {
+    let shown: Vec<(f64, f64)> = participants.filter(|(_, trials)| *trials > 0.0).collect();
     let k = shown.len();
     let trials: f64 = shown.iter().map(|(_, n)| n).sum();
     if k == 0 {
@@ -81,7 +83,10 @@ pub fn clustered_interval(participants: &[(usize, usize)]) -> Option<Clustered> 
     let share = successes / trials;
     let squares: f64 = shown.iter().map(|(x, n)| (x - share * n).powi(2)).sum();
     let variance = k as f64 / (k as f64 - 1.0) * squares / (trials * trials);
-    let ratio = match (t_quantile(trials as usize - 1), t_quantile(k - 1)) {
+    let ratio = match (
+        t_quantile((trials.round() as usize).saturating_sub(1)),
+        t_quantile(k - 1),
+    ) {
         (Some(all), Some(people)) => (all / people).powi(2),
         _ => 1.0,
     };

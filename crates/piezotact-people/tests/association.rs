@@ -120,6 +120,74 @@ fn claim_34_sc_declared_sd_is_a_third_of_its_presentations() {
     }
 }
 
+/// Answers of ten people in a task: of each sample (of S1 to S3) so many, with what is answered to its n-th.
+fn of_ten(
+    task: &str,
+    times: [usize; 3],
+    says: impl Fn(usize, usize, usize) -> usize,
+) -> Vec<Answer> {
+    let names = ["S1", "S2", "S3"];
+    let mut all = Vec::new();
+    for person in 0..10 {
+        for (sample, times) in times.into_iter().enumerate() {
+            for time in 0..times {
+                all.push(Answer {
+                    participant: format!("P{person}"),
+                    task: task.into(),
+                    trial: format!("{sample}.{time}"),
+                    presented: names[sample].into(),
+                    answered: names[says(person, sample, time)].into(),
+                    ..Answer::default()
+                });
+            }
+        }
+    }
+    all
+}
+
+fn pair_of(answers: Vec<Answer>, task: Option<&str>) -> PairOutcome {
+    let table = AnswerTable::new(Declared::plain(&["S1", "S2", "S3"]), answers).unwrap();
+    let mut config = AssociationConfig::default();
+    config.matrix.selection.task = task.map(Into::into);
+    let found = associate(&table, &config).unwrap().pairs;
+    let pair = found.iter().find(|one| one.pair == ["S1", "S2"]).unwrap();
+    pair.outcome
+}
+
+/// A sample that is presented rarely weighs as its partner: 37 of 40 presentations of S2 are called S1.
+#[test]
+fn a_rare_sample_that_is_always_called_the_other_is_confused() {
+    let says = |person: usize, sample: usize, time: usize| match sample {
+        1 if (person, time) == (0, 0) => 1,
+        1 => 0,
+        0 if time == 0 && person % 2 == 0 => 1,
+        sample => sample,
+    };
+    assert_eq!(
+        pair_of(of_ten("3", [24, 4, 24], says), None),
+        PairOutcome::Confused
+    );
+    // Always S1: right in three quarters of both together, and nothing felt.
+    let always = pair_of(of_ten("3", [24, 4, 4], |_, _, _| 0), None);
+    assert_ne!(always, PairOutcome::NotConfused);
+}
+
+/// Told apart when touched and confused when rendered: neither is said of both together.
+#[test]
+fn pairs_that_tasks_decide_otherwise_are_not_decided_together() {
+    let coin = |person: usize, sample: usize, time: usize| match sample {
+        2 => 2,
+        sample if (person + time).is_multiple_of(2) => 1 - sample,
+        sample => sample,
+    };
+    let real = of_ten("real", [20; 3], |_, sample, _| sample);
+    let both = [real, of_ten("rendered", [6; 3], coin)].concat();
+    let of = |task: Option<&str>| pair_of(both.clone(), task);
+    assert_eq!(of(Some("rendered")), PairOutcome::Confused);
+    assert_eq!(of(Some("real")), PairOutcome::NotConfused);
+    assert_eq!(of(None), PairOutcome::NotDecided);
+}
+
 /// A keyboard's `s1` beside `S1`: three samples count as four, and chance is lower than it was.
 #[test]
 fn samples_whose_names_differ_in_case_are_named() {

@@ -148,6 +148,90 @@ fn tasks_differ_over_people_and_not_over_answers() {
     }
 }
 
+/// Answers of ten people to S1 (always right), S2 (every other time) and S3 (never), each so many times, in a task.
+fn unlike(task: &str, times: [usize; 3]) -> Vec<Answer> {
+    let names = ["S1", "S2", "S3"];
+    let mut answers = Vec::new();
+    for person in 0..10 {
+        for (sample, times) in times.into_iter().enumerate() {
+            for time in 0..times {
+                let said = match sample {
+                    1 if time % 2 == 0 => "S2",
+                    _ => "S1",
+                };
+                answers.push(Answer {
+                    participant: format!("P{person:02}"),
+                    task: task.into(),
+                    trial: format!("{sample}.{time}"),
+                    presented: names[sample].into(),
+                    answered: said.into(),
+                    offered: names.map(str::to_owned).to_vec(),
+                    ..Answer::default()
+                });
+            }
+        }
+    }
+    answers
+}
+
+/// The easy sample more often in one task, the hard one in the other: nobody is better in either.
+#[test]
+fn a_task_with_more_of_the_easy_sample_is_not_better() {
+    let of = |first: [usize; 3], second: [usize; 3]| {
+        let answers = [unlike("a", first), unlike("b", second)].concat();
+        let table = AnswerTable::new(Declared::plain(&["S1", "S2", "S3"]), answers).unwrap();
+        of(&table, &Difference::Tasks(two("a", "b")))
+    };
+    let found = of([16, 4, 4], [4, 4, 16]);
+    assert_eq!(
+        (found.shares, found.less_share, found.stimuli),
+        ([0.5; 2], 0.0, Some(3))
+    );
+    assert_eq!(found.outcome(), Outcome::NotDecided);
+    // The sample that one task alone has does not count.
+    let found = of([8, 4, 0], [8, 4, 8]);
+    assert_eq!(
+        (found.less_share, found.stimuli, found.stimuli_left_out),
+        (0.0, Some(2), 1)
+    );
+    assert!(
+        found
+            .sentence()
+            .contains("1 presented sample of one only left out")
+    );
+    let found = of([8, 4, 0], [0, 0, 8]);
+    assert_eq!((found.shares, found.stimuli), ([0.75, 0.0], Some(0)));
+    assert_eq!(
+        found.verdict(),
+        "they differ, and so do the samples: not decided why"
+    );
+}
+
+/// The weak drop out: the same people in two groups are no two groups.
+#[test]
+fn groups_with_people_in_common_decide_nothing() {
+    let config = MatrixConfig::default();
+    let right = |people: std::ops::Range<usize>, share: f64| {
+        let all = table(people.end, &["3"], 8, |person, _, presented| {
+            match (person as f64) < share * people.end as f64 {
+                true => presented,
+                false => (presented + 1) % 3,
+            }
+        });
+        let answers = all.answers().iter();
+        let kept = answers.filter(|one| one.participant >= format!("P{:02}", people.start));
+        AnswerTable::new(all.declared().clone(), kept.cloned().collect()).unwrap()
+    };
+    let (one, other) = (right(0..12, 0.1), right(10..22, 1.0));
+    let found = compared_studies(
+        [(&one, &config), (&other, &config)],
+        &Difference::People(two("a", "b")),
+    );
+    let found = found.unwrap();
+    assert_eq!((found.in_both, found.outcome()), (2, Outcome::NotDecided));
+    assert!(found.p_value < 0.001 && found.verdict().contains("in both groups"));
+}
+
 #[test]
 fn groups_differ_over_people() {
     let mut random = Random::stream(3, 0, "groups");
@@ -403,7 +487,7 @@ fn people_who_guess_beside_others_are_named() {
     assert_eq!((found.participants, found.of), (2, 10));
     let warning = AssociationWarning::SomeGuess { guessing: found }.into();
     assert!(mixed.warnings.contains(&warning));
-    let said = "two kinds of people: 2 of 10 participants answer as guessing does";
+    let said = "two kinds of people: 2 of 10 participants answer no better than guessing";
     assert!(mixed.sentence().contains(said), "{}", mixed.sentence());
     let guess = of(&|random, _, _| below(random, 3));
     let gradual =

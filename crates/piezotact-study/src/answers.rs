@@ -36,6 +36,8 @@ const COLUMNS: [(&str, &[&str]); 14] = [
     ("judge", &[]),
 ];
 const NEEDED: usize = 5;
+/// What stands in `answered` where nobody answered, or somebody did not know.
+const NO_ANSWER: &str = "n/a";
 /// Names of columns of samples that do not say which was presented and which was answered.
 const UNCLEAR: [&str; 12] = [
     "x",
@@ -63,7 +65,7 @@ pub struct AnswersFile {
 /// The answers in a table with a row for each trial, separated by commas, semicolons or tabs. Columns: participant, task, trial,
 /// presented, answered; set, session, position, offered (samples separated by spaces or |), source, expected, flags
 /// (`missed_target`, `not_measured`, `wrong_sample`, `simulated`), rehearsal (yes, no) and judge (how a virtual volunteer judges, with a
-/// warning) are optional. The samples are `samples`; where there are none, all
+/// warning) are optional. `n/a` in answered is no answer: the row is counted in a warning. The samples are `samples`; where there are none, all
 /// that the table names, with a warning.
 ///
 /// # Errors
@@ -87,6 +89,7 @@ pub fn read_answers(path: &Path, samples: &[String]) -> Result<AnswersFile, Read
     };
     let columns = file.columns(header, rows)?;
     let mut answers = Vec::new();
+    let mut unanswered = 0;
     let mut stimuli: BTreeMap<String, Stimulus> = BTreeMap::new();
     for (at, row) in rows.iter().enumerate() {
         let row = file.row(header, &columns, row, at + 2)?;
@@ -101,9 +104,14 @@ pub fn read_answers(path: &Path, samples: &[String]) -> Result<AnswersFile, Read
                 ));
             }
         }
-        answers.push(row.answer()?);
+        match row.get("answered") {
+            NO_ANSWER => unanswered += 1,
+            _ => answers.push(row.answer()?),
+        }
     }
     let mut warnings = virtual_volunteers(&answers);
+    let trials = unanswered;
+    warnings.extend((trials > 0).then(|| AssociationWarning::NotKnown { trials }.into()));
     let samples = if samples.is_empty() {
         warnings.push(
             AssociationWarning::NotDeclared {
@@ -336,7 +344,7 @@ impl Row<'_> {
             "" => Err(self.wrong(
                 column,
                 "an entry",
-                "add what is missing, or leave out the row",
+                "add what is missing, or leave out the row (n/a in `answered` for a trial without an answer)",
             )),
             text => Ok(text.to_owned()),
         }

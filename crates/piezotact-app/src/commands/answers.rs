@@ -32,7 +32,8 @@ use crate::failure::{Failure, Outcome, sentence, usage};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
-    /// A table of answers (CSV), one row for each trial, or the folder of a study.
+    /// A table of answers (CSV), one row for each trial, or the folder of a study. Names in the column `offered` are separated by | or blanks;
+    /// n/a in `answered` is no answer.
     answers: PathBuf,
     /// All samples that could be answered, in their order, separated by commas, such as S1,S2,S3; a sample that was never presented or
     /// answered keeps its row and column. Default: those that the table names.
@@ -78,6 +79,27 @@ enum Comparison {
     Here(Difference),
     /// Of this study and another, by their names.
     Other(PathBuf, fn([String; 2]) -> Difference),
+}
+
+impl Comparison {
+    /// Whether both are of the same two, in any order.
+    fn is_same(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Here(a), Self::Here(b)) => {
+                let sorted = |of: &Difference| {
+                    let mut names = of.names().clone();
+                    names.sort();
+                    (matches!(of, Difference::Samples(_)), names)
+                };
+                sorted(a) == sorted(b)
+            }
+            (Self::Other(a, of), Self::Other(b, by)) => {
+                let nobody = || [String::new(), String::new()];
+                a == b && of(nobody()) == by(nobody())
+            }
+            _ => false,
+        }
+    }
 }
 
 impl FromStr for Comparison {
@@ -181,6 +203,13 @@ fn comparisons(
     config: &MatrixConfig,
 ) -> Outcome<(Vec<Compared>, Vec<Warning>)> {
     let mut warnings = Vec::new();
+    for (at, one) in args.compare.iter().enumerate() {
+        if args.compare[..at].iter().any(|other| other.is_same(one)) {
+            return Err(usage(anyhow::anyhow!(
+                "--compare: expected each comparison once, found one again; state it once, as several are adjusted for their number"
+            )));
+        }
+    }
     let found = args.compare.iter().map(|one| match one {
         Comparison::Here(difference) => compared(table, config, difference).map_err(usage),
         Comparison::Other(path, difference) => {

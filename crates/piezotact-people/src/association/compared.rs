@@ -37,6 +37,13 @@ pub struct Compared {
     /// Of two samples, presented with each of them: right, and taken for the other; means of people's shares, 0–1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by_sample: Option<[[f64; 2]; 2]>,
+    /// The stimuli that both have, over which the shares of each person are means, each stimulus weighing alike: 0 where both have none in
+    /// common, and all of each count. Absent for two samples.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stimuli: Option<usize>,
+    /// Stimuli that one of both has alone, and that do not count.
+    #[serde(default)]
+    pub stimuli_left_out: usize,
     /// What guessing reaches of each, 0–1; absent for two samples.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub chance_shares: Option<[f64; 2]>,
@@ -71,24 +78,105 @@ struct Counts {
 }
 
 impl Counts {
-    fn share(&self, of: usize) -> f64 {
-        of as f64 / self.own.answers as f64
-    }
-
     fn right_share(&self) -> f64 {
-        self.share(self.own.right)
+        self.own.right as f64 / self.own.answers as f64
     }
 
     fn other_share(&self) -> f64 {
-        self.share(self.other)
+        self.other as f64 / self.own.answers as f64
+    }
+}
+
+/// What each person answered to each stimulus, where what is expected was offered.
+type ByStimulus<'a> = BTreeMap<&'a str, BTreeMap<&'a str, Person>>;
+
+/// What one person answered as expected in one condition.
+#[derive(Clone, Copy)]
+struct Expected {
+    /// Means over stimuli, 0–1: of those as expected, and of what guessing reaches.
+    share: f64,
+    guessed_share: f64,
+    /// All answers.
+    own: Person,
+}
+
+/// Two conditions over the stimuli that both have.
+struct Level<'a> {
+    people: [BTreeMap<&'a str, Expected>; 2],
+    /// How many stimuli both have, and one alone.
+    stimuli: usize,
+    left_out: usize,
+}
+
+impl<'a> Level<'a> {
+    /// Over the stimuli that both have, and, where people are the `same`, that the person has in both: who meets the easy ones more
+    /// often in one condition is not better there. Over all of each where there are none.
+    fn of(conditions: &[ByStimulus<'a>; 2], same: Same) -> Self {
+        let [a, b] = [0, 1].map(|i| -> BTreeSet<&str> {
+            let own = conditions[i].values();
+            own.flat_map(|of| of.keys().copied()).collect()
+        });
+        let common: BTreeSet<&str> = a.intersection(&b).copied().collect();
+        let people = [0, 1].map(|i| {
+            let of_person = |(person, own): (&&'a str, &BTreeMap<&'a str, Person>)| {
+                let other = conditions[1 - i].get(person);
+                let other = other.filter(|_| same == Same::People);
+                let counts = |stimulus: &str| {
+                    common.is_empty()
+                        || (common.contains(stimulus)
+                            && other.is_none_or(|other| other.contains_key(stimulus)))
+                };
+                let own: Vec<Person> = own
+                    .iter()
+                    .filter(|(stimulus, _)| counts(stimulus))
+                    .map(|(_, person)| *person)
+                    .collect();
+                Some((*person, Expected::of(&own)?))
+            };
+            conditions[i].iter().filter_map(of_person).collect()
+        });
+        Self {
+            people,
+            stimuli: common.len(),
+            left_out: match common.is_empty() {
+                true => 0,
+                false => a.len() + b.len() - 2 * common.len(),
+            },
+        }
+    }
+}
+
+/// Who two conditions are of.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Same {
+    People,
+    Nobody,
+}
+
+impl Expected {
+    /// `None` without an answer.
+    fn of(stimuli: &[Person]) -> Option<Self> {
+        let mean_of = |of: &dyn Fn(&Person) -> f64| {
+            let shares = stimuli.iter().map(|one| of(one) / one.answers as f64);
+            mean(&shares.collect::<Vec<f64>>())
+        };
+        (!stimuli.is_empty()).then(|| Self {
+            share: mean_of(&|one| one.right as f64),
+            guessed_share: mean_of(&|one| one.guessed),
+            own: Person {
+                right: stimuli.iter().map(|one| one.right).sum(),
+                answers: stimuli.iter().map(|one| one.answers).sum(),
+                guessed: stimuli.iter().map(|one| one.guessed).sum(),
+            },
+        })
     }
 }
 
 /// The difference between two of `table`: samples or tasks.
 ///
 /// Formula: of samples a and b, d of a person is ½·Σ (right − taken for the other)/presented over presentations of a and of b in which
-/// both could be answered, which is zero for whoever answers both alike; of tasks, the difference of the shares of answers as
-/// expected, among those in which what is expected was offered.
+/// both could be answered, which is zero for whoever answers both alike; of tasks, the difference of the means over stimuli of the shares
+/// of answers as expected, among those in which what is expected was offered, over the stimuli that the person has in both.
 ///
 /// Source: docs/decisions/answers.md; [`sign_flip_test`].
 ///
@@ -139,11 +227,23 @@ fn compared_within(
                     answers.iter().copied().filter(|a| a.task == names[i]),
                 )
             });
-            paired(difference, &conditions, |[a, b]| {
-                [a, b].map(Counts::right_share)
-            })
+            of_expected(difference, &conditions)
         }
     }
+}
+
+/// The difference of the shares as expected in two conditions of the same people.
+fn of_expected(
+    difference: &Difference,
+    conditions: &[ByStimulus<'_>; 2],
+) -> Result<Compared, AssociationError> {
+    let level = Level::of(conditions, Same::People);
+    let found = paired(difference, &level.people, |both| both.map(|one| one.share))?;
+    let everybody: BTreeSet<&&str> = conditions.iter().flat_map(BTreeMap::keys).collect();
+    Ok(Compared {
+        left_out: everybody.len() - found.participants[0],
+        ..found.with_level(&level)
+    })
 }
 
 /// The difference between two studies, each with what is selected of its answers: of different people ([`Difference::People`]), or of the same ones by their pseudonyms
@@ -172,28 +272,29 @@ fn compared_between(
 ) -> Result<Compared, AssociationError> {
     let conditions = answers.map(|(table, config)| as_expected(table, selected(table, config)));
     if !matches!(difference, Difference::People(_)) {
-        return paired(difference, &conditions, |[a, b]| {
-            [a, b].map(Counts::right_share)
-        });
+        return of_expected(difference, &conditions);
     }
-    let chance = [0, 1].map(|i| chance_share(&conditions[i]));
-    let guessing = [0, 1].map(|i| guessing_of(&conditions[i]));
     let in_both = conditions[0].keys();
     let in_both = in_both.filter(|person| conditions[1].contains_key(*person));
     let in_both = in_both.count();
-    let [a, b] =
-        conditions.map(|people| -> Vec<f64> { people.values().map(Counts::right_share).collect() });
+    let level = Level::of(&conditions, Same::Nobody);
+    let [a, b] = [0, 1].map(|i| -> Vec<f64> {
+        let people = level.people[i].values();
+        people.map(|one| one.share).collect()
+    });
     let found = between_people(&a, &b, DRAWS, 1).ok_or_else(|| nobody(difference, ""))?;
     let shares = [&a, &b].map(|shares| mean(shares));
-    Ok(Compared {
+    let found = Compared {
         difference: difference.clone(),
         participants: [a.len(), b.len()],
         left_out: 0,
         in_both,
         by_sample: None,
         shares,
-        chance_shares: Some(chance),
-        guessing,
+        stimuli: None,
+        stimuli_left_out: 0,
+        chance_shares: None,
+        guessing: [None; 2],
         less_share: shares[0] - shares[1],
         interval: between_interval(&a, &b, DRAWS, 1),
         p_value: found.p_value,
@@ -202,7 +303,8 @@ fn compared_between(
         test: found.permuted,
         of: 1,
         p_once: None,
-    })
+    };
+    Ok(found.with_level(&level))
 }
 
 impl Association {
@@ -256,9 +358,7 @@ fn nobody(difference: &Difference, both: &'static str) -> AssociationError {
             Difference::Samples(_) => {
                 "both samples must be presented in trials in which both can be answered"
             }
-            Difference::Tasks(_) | Difference::Again(_) => {
-                "compare different people where they are not the same"
-            }
+            Difference::Tasks(_) | Difference::Again(_) => "compare different people with people:",
             Difference::People(_) => "check the study and the task",
         },
     }
@@ -280,16 +380,16 @@ fn told_apart<'a>(answers: &[&'a Answer], [own, other]: [&String; 2]) -> BTreeMa
     people
 }
 
-/// Answers in which what is expected was offered, for each person.
+/// Answers in which what is expected was offered, for each person and stimulus.
 fn as_expected<'a>(
     table: &AnswerTable,
     answers: impl Iterator<Item = &'a Answer>,
-) -> BTreeMap<&'a str, Counts> {
+) -> ByStimulus<'a> {
     let stimuli = table.declared().stimuli.iter();
     let expected: BTreeMap<&str, &String> = stimuli
         .map(|stimulus| (stimulus.name.as_str(), &stimulus.expected))
         .collect();
-    let mut people: BTreeMap<&str, Counts> = BTreeMap::new();
+    let mut people: ByStimulus<'a> = BTreeMap::new();
     for answer in answers {
         let Some(wanted) = expected.get(answer.presented.as_str()) else {
             continue;
@@ -297,7 +397,8 @@ fn as_expected<'a>(
         if !answer.offered.contains(wanted) {
             continue;
         }
-        let person = &mut people.entry(&answer.participant).or_default().own;
+        let person = people.entry(&answer.participant).or_default();
+        let person = person.entry(&answer.presented).or_default();
         person.answers += 1;
         person.right += usize::from(answer.answered == **wanted);
         person.guessed += 1.0 / answer.offered.len() as f64;
@@ -306,10 +407,10 @@ fn as_expected<'a>(
 }
 
 /// Two conditions of the same people, whose shares `of` gives.
-fn paired(
+fn paired<T>(
     difference: &Difference,
-    conditions: &[BTreeMap<&str, Counts>; 2],
-    of: impl Fn([&Counts; 2]) -> [f64; 2],
+    conditions: &[BTreeMap<&str, T>; 2],
+    of: impl Fn([&T; 2]) -> [f64; 2],
 ) -> Result<Compared, AssociationError> {
     let [first, second] = conditions;
     let both = first
@@ -321,8 +422,6 @@ fn paired(
     let test =
         sign_flip_test(&differences, DRAWS, 1).ok_or_else(|| nobody(difference, " with both"))?;
     let people = both.len();
-    let of_shares = !matches!(difference, Difference::Samples(_));
-    let chance = of_shares.then(|| [0, 1].map(|i| chance_share(&conditions[i])));
     let shares = [0, 1].map(|i| both.iter().map(|shares| shares[i]).sum::<f64>() / people as f64);
     Ok(Compared {
         difference: difference.clone(),
@@ -331,11 +430,10 @@ fn paired(
         in_both: 0,
         by_sample: None,
         shares,
-        chance_shares: chance,
-        guessing: match of_shares {
-            true => [0, 1].map(|i| guessing_of(&conditions[i])),
-            false => [None; 2],
-        },
+        stimuli: None,
+        stimuli_left_out: 0,
+        chance_shares: None,
+        guessing: [None; 2],
         less_share: shares[0] - shares[1],
         interval: paired_interval(&differences, DRAWS, 1),
         p_value: test.p_value,
@@ -347,17 +445,26 @@ fn paired(
     })
 }
 
-/// What a guesser reaches in all answers.
-fn chance_share(people: &BTreeMap<&str, Counts>) -> f64 {
-    let guessed = people.values().map(|c| c.own.guessed).sum::<f64>();
-    guessed / people.values().map(|c| c.own.answers as f64).sum::<f64>()
-}
-
-fn guessing_of(people: &BTreeMap<&str, Counts>) -> Option<Guessing> {
-    guessing(&people.values().map(|c| c.own).collect::<Vec<_>>())
-}
-
 impl Compared {
+    /// The same with the stimuli of `level`, what guessing reaches of them, and who guesses.
+    fn with_level(self, level: &Level<'_>) -> Self {
+        let of = |of: fn(&Expected) -> f64, i: usize| -> Vec<f64> {
+            level.people[i].values().map(of).collect()
+        };
+        let guessed = [0, 1].map(|i| mean(&of(|one| one.guessed_share, i)));
+        let guessing = [0, 1].map(|i| {
+            let people = level.people[i].values();
+            guessing(&people.map(|one| one.own).collect::<Vec<_>>())
+        });
+        Self {
+            stimuli: Some(level.stimuli),
+            stimuli_left_out: level.left_out,
+            chance_shares: Some(guessed),
+            guessing,
+            ..self
+        }
+    }
+
     /// The same beside what is found with people counted once; where nothing can be found then, it rests on them.
     fn beside_once(self, once: Option<Result<Self, AssociationError>>) -> Self {
         let p_once = once.map(|once| once.map_or(1.0, |once| once.p_value.max(once.smallest_p)));
@@ -378,9 +485,9 @@ impl Compared {
         }
     }
 
-    /// Whether so few people can show a difference.
+    /// Whether so few people can show a difference. Groups that have people in common are no groups.
     fn can_decide(&self) -> bool {
-        self.smallest_p <= LEVEL_SHARE
+        self.smallest_p <= LEVEL_SHARE && self.in_both == 0
     }
 
     /// What was found, in one sentence.
@@ -425,6 +532,13 @@ impl Compared {
                 counted(left_out, "participant")
             ),
         };
+        let stimuli = match self.stimuli_left_out {
+            0 => String::new(),
+            left_out => format!(
+                "; {} of one only left out",
+                counted(left_out, "presented sample")
+            ),
+        };
         let chance = match self.chance_shares {
             Some([a, b]) if self.guessing_differs() => {
                 format!(" Guessing reaches {} and {}.", percent(a), percent(b))
@@ -440,7 +554,7 @@ impl Compared {
             _ => "permutation of participants",
         };
         format!(
-            "{shares} ({people}{left_out}); {what} {} points{interval}; {test}, p = {}{}: {}.{chance}{guessing}",
+            "{shares} ({people}{left_out}{stimuli}); {what} {} points{interval}; {test}, p = {}{}: {}.{chance}{guessing}",
             signed(100.0 * self.less_share, 1),
             p_text(self.p_adjusted),
             match self.of {
@@ -459,6 +573,9 @@ impl Compared {
             Difference::People(_) if self.participants.iter().any(|n| *n < MIN_GROUP) => {
                 "not decided: groups of fewer than 5 participants decide nothing"
             }
+            _ if self.in_both > 0 => {
+                "not decided: people stand in both groups, which are compared as different people"
+            }
             _ if !differs && !self.can_decide() => {
                 "not decided: with so few participants no difference reaches 5 %"
             }
@@ -469,6 +586,7 @@ impl Compared {
             Difference::Samples(_) if self.less_share > 0.0 => "told apart better than by guessing",
             Difference::Samples(_) => "called the other more often than right",
             _ if self.guessing_differs() => "they differ, and so does guessing: not decided why",
+            _ if self.stimuli == Some(0) => "they differ, and so do the samples: not decided why",
             _ => "they differ",
         }
     }

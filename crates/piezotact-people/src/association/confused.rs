@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::answer::{Answer, AnswerTable};
 use super::expected::counted_alike;
 use super::matrix::{MatrixConfig, selected};
-use crate::interval::clustered_interval;
+use crate::interval::clustered_of;
 
 /// From this share of presentations on two samples are confused: two that feel the same are confused half of the time, two that
 /// always feel different never. At a quarter, 75 % of answers tell one from the other, as at one just-noticeable difference.
@@ -50,7 +50,7 @@ impl PairOutcome {
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum PairCriterion {
-    /// The share of presentations of either in which the other was declared.
+    /// The share of presentations of either in which the other was declared, both weighing alike, however often each was presented.
     ConfusedShare,
 }
 
@@ -82,7 +82,10 @@ pub struct ConfusedPair {
 /// among many rarely names the other. The interval of each is clustered by participant and
 /// holds for that pair alone.
 ///
-/// Source: docs/decisions/answers.md; intervals: [`clustered_interval`].
+/// Formula: of a person who was presented the two n and m times, the mean of both shares counts as one of 4nm/(n + m) presentations, which has
+/// the variance of that mean.
+///
+/// Source: docs/decisions/answers.md; intervals: [`crate::interval::clustered_interval`].
 #[must_use]
 pub fn confused_pairs(table: &AnswerTable, config: &MatrixConfig) -> Vec<ConfusedPair> {
     let answers: Vec<&Answer> = selected(table, config).collect();
@@ -113,13 +116,29 @@ pub fn confused_pairs(table: &AnswerTable, config: &MatrixConfig) -> Vec<Confuse
 }
 
 /// `pairs` beside those of people counted `once`: not decided where these decide otherwise.
-pub(super) fn beside_once(
+pub(super) fn beside_once(pairs: Vec<ConfusedPair>, once: &[ConfusedPair]) -> Vec<ConfusedPair> {
+    beside(pairs, once, |own, other| own != other)
+}
+
+/// `pairs` of all tasks beside those of one `task`: not decided where they are confused in one and not in the other.
+pub(super) fn beside_task(pairs: Vec<ConfusedPair>, task: &[ConfusedPair]) -> Vec<ConfusedPair> {
+    use PairOutcome::{Confused, NotConfused};
+    beside(pairs, task, |own, other| {
+        matches!(
+            (own, other),
+            (Confused, NotConfused) | (NotConfused, Confused)
+        )
+    })
+}
+
+fn beside(
     mut pairs: Vec<ConfusedPair>,
-    once: &[ConfusedPair],
+    others: &[ConfusedPair],
+    contradict: fn(PairOutcome, PairOutcome) -> bool,
 ) -> Vec<ConfusedPair> {
     for pair in &mut pairs {
-        let counted = once.iter().find(|one| one.pair == pair.pair);
-        if counted.is_some_and(|one| one.outcome != pair.outcome) {
+        let other = others.iter().find(|one| one.pair == pair.pair);
+        if other.is_some_and(|one| contradict(pair.outcome, one.outcome)) {
             pair.outcome = PairOutcome::NotDecided;
         }
     }
@@ -147,12 +166,28 @@ struct Of<'a> {
     directions: Directions,
 }
 
+/// What one person answered to one of a pair.
+#[derive(Clone, Copy, Default)]
+struct Given {
+    presented: usize,
+    right: usize,
+    other: usize,
+}
+
+/// How many of how many, of both of a pair weighing alike.
+fn weighed(of: [(usize, usize); 2]) -> (f64, f64) {
+    let [(x, n), (y, m)] = of.map(|(of, all)| (of as f64, all as f64));
+    if n == 0.0 || m == 0.0 {
+        return (x + y, n + m);
+    }
+    let all = 4.0 * n * m / (n + m);
+    (0.5 * (x / n + y / m) * all, all)
+}
+
 fn pair(answers: &[&Answer], of: &Of<'_>) -> ConfusedPair {
     let [first, second] = of.names;
     let (names, right) = (of.names, of.right);
-    let mut people: BTreeMap<&str, (usize, usize)> = BTreeMap::new();
-    // Of the answers that name one of the two, those that are right.
-    let mut told: BTreeMap<&str, (usize, usize)> = BTreeMap::new();
+    let mut people: BTreeMap<&str, [Given; 2]> = BTreeMap::new();
     let (mut declared, mut presented) = ([0; 2], [0; 2]);
     for answer in answers {
         let direction = if answer.presented == *first && answer.offered.contains(second) {
@@ -173,21 +208,22 @@ fn pair(answers: &[&Answer], of: &Of<'_>) -> ConfusedPair {
         let is_right = answer.answered == *right[direction];
         presented[direction] += 1;
         declared[direction] += usize::from(is_other);
-        let person = people.entry(&answer.participant).or_default();
-        *person = (person.0 + usize::from(is_other), person.1 + 1);
-        let person = told.entry(&answer.participant).or_default();
-        *person = (
-            person.0 + usize::from(is_right),
-            person.1 + usize::from(is_right || is_other),
-        );
+        let given = &mut people.entry(&answer.participant).or_default()[direction];
+        given.presented += 1;
+        given.right += usize::from(is_right);
+        given.other += usize::from(is_other);
     }
-    let told: Vec<(usize, usize)> = told.into_values().collect();
-    let told = clustered_interval(&told).and_then(|found| found.interval);
+    // Of the answers that name one of the two, those that are right.
+    let told = people.values();
+    let told = told.map(|of| weighed(of.map(|one| (one.right, one.right + one.other))));
+    let told = clustered_of(told).and_then(|found| found.interval);
     let is_told_apart = told.is_some_and(|[low, _]| low > 0.5);
-    let each: Vec<(usize, usize)> = people.into_values().collect();
+    let each = people.values();
+    let each = each.map(|of| weighed(of.map(|one| (one.other, one.presented))));
+    let each: Vec<(f64, f64)> = each.collect();
     let limit = Limit::at_least(CONFUSED_SHARE);
     let what = PairCriterion::ConfusedShare;
-    let (criterion, outcome) = match clustered_interval(&each) {
+    let (criterion, outcome) = match clustered_of(each.iter().copied()) {
         None => (
             Criterion::unmeasured(what, "", limit),
             PairOutcome::Untested,

@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 use super::answer::{Answer, AnswerTable, Flag};
 use super::asked::Asked;
 use super::compared::Compared;
-use super::confused::{ConfusedPair, PairOutcome, beside_once, confused_pairs};
+use super::confused::{ConfusedPair, PairOutcome, beside_once, beside_task, confused_pairs};
 use super::expected::{ExpectedShare, StimulusKind, expected_share};
 use super::felt::{Felt, FeltCriterion, FeltRecording, felt_pairs};
 use super::matrix::{
@@ -215,6 +215,18 @@ pub fn associate(
         Some(once) => beside_once(pairs, &confused_pairs(once, &config.matrix)),
         None => pairs,
     };
+    let tasks = match config.matrix.selection.task {
+        Some(_) => Vec::new(),
+        None => different(&|answer| &answer.task),
+    };
+    let pairs = match tasks.len() {
+        0 | 1 => pairs,
+        _ => tasks.into_iter().fold(pairs, |pairs, task| {
+            let mut part = config.matrix.clone();
+            part.selection.task = Some(task);
+            beside_task(pairs, &confused_pairs(table, &part))
+        }),
+    };
     let expected = expected_shares([Some(table), once], &config.matrix);
     let unbalanced = unbalanced(selected.iter().copied());
     let mut warnings = warnings(table, config, &selected, &expected, &pairs);
@@ -373,7 +385,7 @@ fn warnings(
     let some_guess = share.and_then(|share| share.guessing);
     found.extend(some_guess.map(|guessing| AssociationWarning::SomeGuess { guessing }));
     let guessed = share.is_some_and(|share| {
-        share.criterion.interval.is_some() && share.criterion.outcome != Outcome::Met
+        share.criterion.interval.is_some() && share.criterion.outcome == Outcome::NotDecided
     });
     if guessed && confused > 0 {
         found.push(AssociationWarning::Guesses { pairs: confused });

@@ -103,7 +103,7 @@ pub enum AssociationError {
     },
     /// A name that is none.
     #[error(
-        "cannot compare `{name}`: name two of the {what} whose answers name a sample ({known})"
+        "cannot compare `{name}`: name two different ones of the {what} whose answers name a sample ({known})"
     )]
     NotToCompare {
         /// "samples" or "tasks".

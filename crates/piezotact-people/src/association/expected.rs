@@ -111,14 +111,14 @@ impl Recount {
 
 /// The mean of the shares of (successes, trials) of each person beside `limit`, with its interval of Student's t, where the trials weigh
 /// as those of fewer than half of the people.
-pub(super) fn counted_alike(people: &[(usize, usize)], limit: Limit) -> Option<Recount> {
-    let shown = people.iter().filter(|(_, trials)| *trials > 0);
-    let shown: Vec<(usize, usize)> = shown.copied().collect();
+pub(super) fn counted_alike(people: &[(f64, f64)], limit: Limit) -> Option<Recount> {
+    let shown = people.iter().filter(|(_, trials)| *trials > 0.0);
+    let shown: Vec<(f64, f64)> = shown.copied().collect();
     let worth = effective_people(shown.iter().map(|(_, trials)| *trials));
     if 2.0 * worth >= shown.len() as f64 {
         return None;
     }
-    let shares = shown.iter().map(|(x, n)| *x as f64 / *n as f64);
+    let shares = shown.iter().map(|(x, n)| x / n);
     let shares: Vec<f64> = shares.collect();
     let interval = mean_interval(&shares).filter(|_| shares.len() >= MIN_PARTICIPANTS);
     let interval = interval.map(|ends| ends.map(|end| end.clamp(0.0, 1.0)));
@@ -277,6 +277,8 @@ pub(super) fn expected_share(
         },
         recounts: Vec::new(),
     };
+    let each = each.iter().map(|(x, n)| (*x as f64, *n as f64));
+    let each: Vec<(f64, f64)> = each.collect();
     Some(found.with_recount(counted_alike(&each, limit)))
 }
 

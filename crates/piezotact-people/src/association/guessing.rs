@@ -9,6 +9,8 @@ use crate::interval::MIN_PARTICIPANTS;
 
 /// Who is right as often by guessing with a larger probability, answers as guessing does.
 const GUESSING_P: f64 = 0.05;
+/// Who is right as rarely by guessing with a smaller probability, answers below guessing.
+const BELOW_P: f64 = 0.025;
 /// Below the others lies what is below all but this share of such people.
 const BELOW_SHARE: f64 = 0.005;
 
@@ -32,6 +34,13 @@ impl Person {
         above.is_none_or(|below| guesser.sf(below as u64) > GUESSING_P)
     }
 
+    /// Whether it is right less often than a guesser, with a probability of 2.5 %: names may be exchanged.
+    fn answers_below_guessing(&self) -> bool {
+        let chance = self.guessed / self.answers as f64;
+        let guesser = Binomial::new(chance.clamp(0.0, 1.0), self.answers as u64);
+        guesser.is_ok_and(|guesser| guesser.cdf(self.right as u64) < BELOW_P)
+    }
+
     /// The arcsine of the root of the share, of which a person's scatter depends little on the share.
     fn angle(&self) -> f64 {
         let share = (self.right as f64 + 0.375) / (self.answers as f64 + 0.75);
@@ -39,12 +48,15 @@ impl Person {
     }
 }
 
-/// Participants who answer as guessing does, beside others who do far better: two kinds of people, of which a mean is of neither.
+/// Participants who answer no better than guessing does, beside others who do far better: two kinds of people, of which a mean is of neither.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Guessing {
-    /// How many answer as guessing does.
+    /// How many answer no better than guessing does.
     pub participants: usize,
+    /// How many of them are right less often than guessing.
+    #[serde(default)]
+    pub below: usize,
     /// Of how many.
     pub of: usize,
     /// The share of right answers of the others, 0–1.
@@ -55,8 +67,14 @@ impl Guessing {
     /// How many they are, and what the others reach.
     #[must_use]
     pub fn words(&self) -> String {
+        let below = match self.below {
+            0 => String::new(),
+            below => format!(
+                " ({below} of them right less often than guessing, as with exchanged names)"
+            ),
+        };
         format!(
-            "{} of {} {} as guessing does, the other {} reach {:.1} %",
+            "{} of {} {} no better than guessing{below}, the other {} reach {:.1} %",
             self.participants,
             counted(self.of, "participant"),
             if self.participants == 1 {
@@ -97,6 +115,10 @@ pub(super) fn guessing(people: &[Person]) -> Option<Guessing> {
     let is_apart = guess.iter().all(|person| person.angle() < lowest);
     is_apart.then(|| Guessing {
         participants: guess.len(),
+        below: guess
+            .iter()
+            .filter(|person| person.answers_below_guessing())
+            .count(),
         of: guess.len() + others.len(),
         others_share: right as f64 / answers as f64,
     })

@@ -36,7 +36,7 @@ impl Shown for Association {
         first.push(Block::note(
             "A percentage is how often an association was declared, over how often the stimulus was presented. Intervals are 95 %, \
              of Clopper and Pearson, with the effective number of answers of Korn and Graubard (1998): they allow for participants \
-             who differ, and speak of people like those who answered: of 10 among whom nobody guesses, up to 26 % who do remain possible. \
+             who differ, and speak of people like those who answered: where none of 10 participants guesses, up to 26 % of such people may. \
              Chance: one over the number of samples that could be answered.",
         ));
         let mut page = Page::new(title, "")
@@ -185,9 +185,9 @@ impl Association {
             false => String::new(),
         };
         let note = format!(
-            "A pair is confused if a quarter or more of the presentations of both together are declared to be the other sample. Two samples that \
+            "A pair is confused if a quarter or more of the presentations of both, each sample weighing alike, are declared to be the other sample. Two samples that \
              feel the same are confused half of the time; guesses among three samples name the other in a third. Not confused: the whole 95 % \
-             interval lies below a quarter, and right answers are shown to be more frequent than the name of the other sample. Not decided: anything else; more participants narrow it. About \
+             interval lies below a quarter, and right answers are shown to be more frequent than the name of the other sample. Not decided: anything else, and pairs that are confused in one task and not in another (--task); more participants narrow it. About \
              five of a hundred such intervals do not contain the true share.{shown}"
         );
         let mut blocks = vec![Block::text(text), Block::note(note)];

@@ -120,7 +120,7 @@ pub(super) fn unbalanced<'a>(answers: impl Iterator<Item = &'a Answer>) -> Optio
     for answer in answers {
         *by_person.entry(&answer.participant).or_default() += 1;
     }
-    let effective_people = effective_people(by_person.values().copied());
+    let effective_people = effective_people(by_person.values().map(|n| *n as f64));
     let people = by_person.len();
     let of: usize = by_person.values().sum();
     let (participant, answers) = by_person.into_iter().max_by_key(|(_, count)| *count)?;
@@ -134,11 +134,8 @@ pub(super) fn unbalanced<'a>(answers: impl Iterator<Item = &'a Answer>) -> Optio
 }
 
 /// How many people of equal numbers of answers weigh as much as those with these.
-pub(super) fn effective_people(answers: impl Iterator<Item = usize>) -> f64 {
-    let (sum, squares) = answers.fold((0.0, 0.0), |(sum, squares), n| {
-        let n = n as f64;
-        (sum + n, squares + n * n)
-    });
+pub(super) fn effective_people(answers: impl Iterator<Item = f64>) -> f64 {
+    let (sum, squares) = answers.fold((0.0, 0.0), |(sum, squares), n| (sum + n, squares + n * n));
     sum * sum / squares
 }
 

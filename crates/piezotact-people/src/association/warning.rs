@@ -12,11 +12,11 @@ use super::same_person::AnswersPart;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[serde(tag = "code", rename_all = "snake_case")]
 pub enum AssociationWarning {
-    /// Trials were answered with "I do not know": shares are of the others.
+    /// Trials have no answer, or "I do not know": shares are of the others.
     #[error(
-        "{} of the study {} answered with \"I do not know\": in no matrix, so that shares are of the others; state how many beside them",
+        "{} {} no answer, or \"I do not know\": in no matrix, so that shares are of the others; state how many beside them",
         counted(*trials, "trial"),
-        if *trials == 1 { "was" } else { "were" }
+        if *trials == 1 { "has" } else { "have" }
     )]
     NotKnown { trials: usize },
     /// Pairs (of samples, and of a manipulated texture and a sample) of which neither was presented while the other could be answered.

@@ -82,7 +82,7 @@ impl CellPenalties {
                 "Remove who is there twice".into()
             }
             Some(needed) => format!(
-                "With the same scatter as these {} participants, {needed} participants would decide it",
+                "With the same scatter as these {} participants, it takes at least {needed} participants to decide it",
                 self.people.len()
             ),
             None => "With the same scatter, even 300 participants would not decide it: the values are too close to the criterion".into(),
@@ -268,7 +268,7 @@ mod tests {
             costs.conclusion(cell(0.2)).replace('\u{a0}', " "),
             "Whether the average is sufficient at 20°, 0.2 N is not decided: the error is within 3 dB rms for 5 of 5 participants (95 %: 48 % \
              to 100 % of the population), and at least 90 % of the population is required. With the same scatter as these 5 participants, \
-             36 participants would decide it."
+             it takes at least 36 participants to decide it."
         );
     }
 }
