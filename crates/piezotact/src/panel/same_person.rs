@@ -22,8 +22,8 @@ const MIN_GROUPS: usize = 5;
 const MAX_STRUCTURE: f64 = 3.0;
 /// Where other people lie at least so far apart, the noise would not hide a difference.
 const SEEN_STRUCTURE: f64 = 16.0;
-/// Below this noise between lines (0.17 dB) no difference of people would be hidden, whatever others differ by.
-const LOW_NOISE: f64 = 0.02;
+/// Below this noise between lines (0.43 dB) no difference of people would be hidden, whatever others differ by.
+const LOW_NOISE: f64 = 0.05;
 /// Differences below this are of rounding, as of a constant gain.
 const ROUNDING: f64 = 1e-5;
 /// A response whose level varies by less (0.04 dB) has no shape that could be somebody's.
@@ -142,7 +142,7 @@ fn at<I: Quantity, O: Quantity>(
 /// The first measurements of each two participants that are the same but for a constant gain and noise.
 ///
 /// Two of different participants at one load and angle are, where what they differ by is rounding, or has the structure of noise and the
-/// noise would not hide a difference between people: it is below 0.17 dB, or the others at that load and angle lie far apart.
+/// noise would not hide a difference between people: it is below 0.43 dB, or the others at that load and angle lie far apart.
 ///
 /// Source: docs/decisions/transfer-functions.md.
 pub(super) fn same_people<I: Quantity, O: Quantity>(entries: &[Entry<I, O>]) -> Vec<SameResponse> {
@@ -398,6 +398,20 @@ mod tests {
             "{said}"
         );
         assert!(panel.same_people().is_empty());
+    }
+
+    /// One person entered as eight, each with a gain and 2 % of noise: nobody else is there to be apart from.
+    #[test]
+    fn a_panel_of_copies_is_named() {
+        let mut random = Random::stream(6, 0, "copies");
+        let own = own(&mut random, USUAL[0]);
+        let copies = (0..8).map(|i| {
+            let gain = 10f64.powf(0.7 * random.normal() / 20.0);
+            let lines: Vec<_> = own.iter().map(|h| h * gain).collect();
+            let lines = noisy(&lines, 0.02, &mut random);
+            entry(&format!("C{i}"), 1, function(lines, STEP_HZ))
+        });
+        assert_eq!(named(copies.collect()).len(), 7);
     }
 
     /// Neither alike people, nor noise that hides what they differ by, nor many of them make one person.
