@@ -37,7 +37,9 @@ const COLUMNS: [(&str, &[&str]); 14] = [
 ];
 const NEEDED: usize = 5;
 /// What stands in `answered` where nobody answered, or somebody did not know.
-const NO_ANSWER: &str = "n/a";
+const NO_ANSWER: [&str; 5] = ["n/a", "NA", "NaN", "-", "?"];
+/// More labels than this are no samples that hands can tell, and their pairs take minutes.
+const MOST_SAMPLES: usize = 500;
 /// Names of columns of samples that do not say which was presented and which was answered.
 const UNCLEAR: [&str; 12] = [
     "x",
@@ -65,7 +67,7 @@ pub struct AnswersFile {
 /// The answers in a table with a row for each trial, separated by commas, semicolons or tabs. Columns: participant, task, trial,
 /// presented, answered; set, session, position, offered (samples separated by spaces or |), source, expected, flags
 /// (`missed_target`, `not_measured`, `wrong_sample`, `simulated`), rehearsal (yes, no) and judge (how a virtual volunteer judges, with a
-/// warning) are optional. `n/a` in answered is no answer: the row is counted in a warning. The samples are `samples`; where there are none, all
+/// warning) are optional. `n/a` (or NA, NaN, -, ?) in answered is no answer: the row is counted in a warning. The samples are `samples`; where there are none, all
 /// that the table names, with a warning.
 ///
 /// # Errors
@@ -104,9 +106,11 @@ pub fn read_answers(path: &Path, samples: &[String]) -> Result<AnswersFile, Read
                 ));
             }
         }
-        match row.get("answered") {
-            NO_ANSWER => unanswered += 1,
-            _ => answers.push(row.answer()?),
+        let answered = row.get("answered");
+        let is_sample = samples.iter().any(|sample| sample == answered);
+        match NO_ANSWER.contains(&answered) && !is_sample {
+            true => unanswered += 1,
+            false => answers.push(row.answer()?),
         }
     }
     let mut warnings = virtual_volunteers(&answers);
@@ -123,6 +127,16 @@ pub fn read_answers(path: &Path, samples: &[String]) -> Result<AnswersFile, Read
     } else {
         samples.to_vec()
     };
+    if samples.len() > MOST_SAMPLES {
+        return Err(file.wrong(
+            format!("at most {MOST_SAMPLES} samples"),
+            format!(
+                "{} different entries in presented, answered and offered",
+                samples.len()
+            ),
+            "check these columns",
+        ));
+    }
     let plain = samples.iter().map(|sample| Stimulus::plain(sample));
     let declared = Declared {
         stimuli: plain.chain(stimuli.into_values()).collect(),

@@ -131,7 +131,14 @@ enum MatrixBy {
 }
 
 pub(crate) fn run(args: &Arguments) -> Outcome {
-    outputs(&[&args.answers], &args.outputs.files())?;
+    let compared = args.compare.iter().filter_map(|one| match one {
+        Comparison::Other(path, _) => Some(path.as_path()),
+        Comparison::Here(_) => None,
+    });
+    let read: Vec<&Path> = std::iter::once(args.answers.as_path())
+        .chain(compared)
+        .collect();
+    outputs(&read, &args.outputs.files())?;
     let source = Source::open(&args.answers, &args.samples)?;
     deliver(&args.outputs, &associations(args, &source)?)
 }

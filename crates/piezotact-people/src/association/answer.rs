@@ -196,6 +196,10 @@ impl AnswerTable {
                 });
             }
         }
+        for answer in &mut answers {
+            let mut once = BTreeSet::new();
+            answer.offered.retain(|name| once.insert(name.clone()));
+        }
         let inferred = infer_offered(&declared, &mut answers);
         for answer in &answers {
             if !answer.offered.contains(&answer.answered) {

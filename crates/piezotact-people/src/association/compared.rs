@@ -3,15 +3,18 @@
 use crate::association::AssociationError;
 use std::collections::{BTreeMap, BTreeSet};
 
+use piezotact::compare::plain_name;
 use piezotact::criterion::Outcome;
 use piezotact::number::{counted, signed};
 use piezotact::statistics::{Permuted, holm, mean, sign_flip_test};
 use serde::{Deserialize, Serialize};
+use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::answer::{Answer, AnswerTable};
 use super::document::Association;
 use super::guessing::{Guessing, Person, guessing};
 use super::matrix::{MatrixConfig, selected};
+use super::same_person::AnswersPart;
 use super::warning::AssociationWarning;
 use crate::difference::{
     Difference, LEVEL_SHARE, MIN_GROUP, between_interval, between_people, paired_interval,
@@ -30,7 +33,7 @@ pub struct Compared {
     pub participants: [usize; 2],
     /// The people who have answers of one of both only, and do not count.
     pub left_out: usize,
-    /// Pseudonyms that stand in both of two groups, which are taken for different people.
+    /// People who seem to stand in both of two groups, by their pseudonyms or their answers.
     pub in_both: usize,
     /// The mean of people's shares, 0–1: as expected in each of two tasks or groups; of two samples, right and taken for the other.
     pub shares: [f64; 2],
@@ -53,11 +56,12 @@ pub struct Compared {
     /// The first less the second.
     pub less_share: f64,
     /// Its 95 % interval over people, for this difference alone and at most from −1 to 1: the differences that the test does not
-    /// reject. `None` for people too few to decide, and for people who are all alike.
+    /// reject, and no narrower than that of as many answers of people who are alike. `None` for people too few to decide.
     pub interval: Option<[f64; 2]>,
     /// The permutation of people: of signs, or of Welch's t of two groups.
     pub test: Permuted,
-    /// The probability that decides: that of the permutation; of groups, the larger of it and that of Student's t.
+    /// The probability that decides: that of the permutation; of groups, the larger of it and that of Student's t; of shares as expected,
+    /// no smaller than that of as many answers of people who are alike.
     pub p_value: f64,
     /// The same, adjusted by Holm where several differences are asked for.
     pub p_adjusted: f64,
@@ -96,6 +100,8 @@ struct Expected {
     /// Means over stimuli, 0–1: of those as expected, and of what guessing reaches.
     share: f64,
     guessed_share: f64,
+    /// The variance of the share in that of one answer.
+    variance: f64,
     /// All answers.
     own: Person,
 }
@@ -146,6 +152,23 @@ impl<'a> Level<'a> {
     }
 }
 
+impl Level<'_> {
+    /// The standard error of the difference of means if nobody differed from anybody: that of as many answers of the share of all. Differences
+    /// between people cannot make it smaller, and people who are all right show none.
+    fn error(&self) -> f64 {
+        let all = self.people.iter().flat_map(BTreeMap::values);
+        let [right, answers] = all.fold([0, 0], |[right, answers], one| {
+            [right + one.own.right, answers + one.own.answers]
+        });
+        let share = right as f64 / answers as f64;
+        let of_means = self.people.iter().map(|people| {
+            let variances = people.values().map(|one| one.variance).sum::<f64>();
+            variances / (people.len() as f64).powi(2)
+        });
+        (share * (1.0 - share) * of_means.sum::<f64>()).sqrt()
+    }
+}
+
 /// Who two conditions are of.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Same {
@@ -163,6 +186,7 @@ impl Expected {
         (!stimuli.is_empty()).then(|| Self {
             share: mean_of(&|one| one.right as f64),
             guessed_share: mean_of(&|one| one.guessed),
+            variance: mean_of(&|_| 1.0) / stimuli.len() as f64,
             own: Person {
                 right: stimuli.iter().map(|one| one.right).sum(),
                 answers: stimuli.iter().map(|one| one.answers).sum(),
@@ -239,6 +263,7 @@ fn of_expected(
 ) -> Result<Compared, AssociationError> {
     let level = Level::of(conditions, Same::People);
     let found = paired(difference, &level.people, |both| both.map(|one| one.share))?;
+    let found = found.beside_answers(level.error());
     let everybody: BTreeSet<&&str> = conditions.iter().flat_map(BTreeMap::keys).collect();
     Ok(Compared {
         left_out: everybody.len() - found.participants[0],
@@ -274,9 +299,7 @@ fn compared_between(
     if !matches!(difference, Difference::People(_)) {
         return of_expected(difference, &conditions);
     }
-    let in_both = conditions[0].keys();
-    let in_both = in_both.filter(|person| conditions[1].contains_key(*person));
-    let in_both = in_both.count();
+    let in_both = people_in_both(answers.map(|(table, _)| table));
     let level = Level::of(&conditions, Same::Nobody);
     let [a, b] = [0, 1].map(|i| -> Vec<f64> {
         let people = level.people[i].values();
@@ -304,7 +327,43 @@ fn compared_between(
         of: 1,
         p_once: None,
     };
-    Ok(found.with_level(&level))
+    Ok(found.beside_answers(level.error()).with_level(&level))
+}
+
+/// How many people of the first seem to stand in the second, by their pseudonyms but for capital letters, blanks and zeros, or by their
+/// answers.
+fn people_in_both([first, second]: [&AnswerTable; 2]) -> usize {
+    let names = |of: &AnswerTable| -> BTreeSet<String> {
+        let names = of.answers().iter().map(|one| plain_name(&one.participant));
+        names.collect()
+    };
+    let by_name = names(first).intersection(&names(second)).count();
+    let marked = [("1 ", first), ("2 ", second)].map(|(mark, of)| {
+        let answers = of.answers().iter().cloned();
+        answers.map(move |one| Answer {
+            participant: format!("{mark}{}", one.participant),
+            ..one
+        })
+    });
+    let mut declared = first.declared().clone();
+    for sample in &second.declared().samples {
+        if !declared.samples.contains(sample) {
+            declared.samples.push(sample.clone());
+        }
+    }
+    for stimulus in &second.declared().stimuli {
+        if !declared.stimuli.iter().any(|one| one.name == stimulus.name) {
+            declared.stimuli.push(stimulus.clone());
+        }
+    }
+    let both = AnswerTable::new(declared, marked.into_iter().flatten().collect());
+    let alike = both.map_or_else(|_no_table| Vec::new(), |both| both.same_people());
+    let of = |part: &AnswersPart| part.participant.starts_with('1');
+    let across = alike
+        .iter()
+        .filter(|found| of(&found.one) != of(&found.other));
+    let across: BTreeSet<&str> = across.map(|found| found.one.participant.as_str()).collect();
+    by_name.max(across.len())
 }
 
 impl Association {
@@ -446,6 +505,26 @@ fn paired<T>(
 }
 
 impl Compared {
+    /// The same beside a difference of answers with the standard error `error`, as if nobody differed from anybody: the larger probability
+    /// decides, and the interval holds both. Near 0 and 100 % people show no spread, and their shares are skewed.
+    fn beside_answers(self, error: f64) -> Self {
+        if self.smallest_p > LEVEL_SHARE || !(error > 0.0) {
+            return self;
+        }
+        let of = Normal::standard();
+        let p_value = 2.0 * of.cdf(-self.less_share.abs() / error);
+        let p_value = p_value.max(self.p_value);
+        let reach = of.inverse_cdf(1.0 - 0.5 * LEVEL_SHARE) * error;
+        let own = [self.less_share - reach, self.less_share + reach];
+        let [low, high] = self.interval.unwrap_or(own);
+        Self {
+            p_value,
+            p_adjusted: p_value,
+            interval: Some([low.min(own[0]).max(-1.0), high.max(own[1]).min(1.0)]),
+            ..self
+        }
+    }
+
     /// The same with the stimuli of `level`, what guessing reaches of them, and who guesses.
     fn with_level(self, level: &Level<'_>) -> Self {
         let of = |of: fn(&Expected) -> f64, i: usize| -> Vec<f64> {
@@ -520,7 +599,12 @@ impl Compared {
         };
         let interval = self.interval.map_or_else(String::new, |[low, high]| {
             format!(
-                ", 95 %: {} to {}",
+                ", 95 %{}: {} to {}",
+                if self.of > 1 {
+                    " for this one alone"
+                } else {
+                    ""
+                },
                 signed(100.0 * low, 1),
                 signed(100.0 * high, 1)
             )

@@ -13,7 +13,9 @@ impl Association {
     /// Formula: 5 % of the shares and pairs with an interval, and 5 % of one for all differences together, as Holm adjusts them.
     #[must_use]
     pub fn conclusions_sentence(&self) -> Option<String> {
-        let groups = self.matrices.iter().filter_map(|of| of.expected.as_ref());
+        // One group alone is all of them.
+        let groups = self.matrices.iter().filter(|_| self.matrices.len() > 2);
+        let groups = groups.filter_map(|of| of.expected.as_ref());
         let shares = self.expected.iter().chain(groups).map(|of| &of.criterion);
         let shares: Vec<Outcome> = shares
             .filter(|criterion| criterion.interval.is_some())

@@ -178,17 +178,41 @@ type Said<'a> = BTreeMap<&'a str, BTreeMap<&'a str, usize>>;
 struct Habits<'a> {
     /// By task and samples on offer.
     said: BTreeMap<(&'a str, Vec<&'a str>), Said<'a>>,
+    /// The same to each stimulus.
+    said_to: BTreeMap<(&'a str, Vec<&'a str>), BTreeMap<[&'a str; 2], BTreeMap<&'a str, usize>>>,
 }
 
 impl<'a> Habits<'a> {
     fn of(answers: &[&'a Answer]) -> Self {
         let mut said: BTreeMap<_, BTreeMap<_, BTreeMap<_, usize>>> = BTreeMap::new();
+        let mut said_to: BTreeMap<_, BTreeMap<_, BTreeMap<_, usize>>> = BTreeMap::new();
         for answer in answers {
+            let to = [answer.participant.as_str(), answer.presented.as_str()];
+            let to = said_to.entry(Self::key(answer)).or_default().entry(to);
+            *to.or_default().entry(answer.answered.as_str()).or_default() += 1;
             let by_person = said.entry(Self::key(answer)).or_default();
             let by_sample = by_person.entry(answer.participant.as_str()).or_default();
             *by_sample.entry(answer.answered.as_str()).or_default() += 1;
         }
-        Self { said }
+        Self { said, said_to }
+    }
+
+    /// The share of the person's own answers to other stimuli that name `wanted`: who always says one name is right where it is
+    /// presented.
+    fn own_share(&self, answer: &'a Answer, wanted: &str) -> Option<f64> {
+        let key = Self::key(answer);
+        let person = answer.participant.as_str();
+        let all = self.said.get(&key)?.get(person)?;
+        let here = self
+            .said_to
+            .get(&key)?
+            .get(&[person, answer.presented.as_str()])?;
+        let of = |said: &BTreeMap<&str, usize>| {
+            let named = said.get(wanted).copied().unwrap_or(0);
+            [named, said.values().sum::<usize>()]
+        };
+        let ([named, all], [named_here, here]) = (of(all), of(here));
+        (all > here).then(|| (named - named_here) as f64 / (all - here) as f64)
     }
 
     fn key(answer: &'a Answer) -> (&'a str, Vec<&'a str>) {
@@ -214,7 +238,7 @@ impl<'a> Habits<'a> {
 
 /// The share of `answers` to stimuli of `kind` that are as expected; `None` where there are none. Its interval is clustered by
 /// participant. Who prefers a sample that is presented often is right more often than a guesser and has felt nothing: the limit is the
-/// larger of chance and of that habit.
+/// larger of chance, of what others answer whatever is presented, and of what the person answers when something else is.
 ///
 /// Source: docs/decisions/answers.md; intervals: [`clustered_interval`].
 #[must_use]
@@ -235,7 +259,7 @@ pub(super) fn expected_share(
         })
         .collect();
     let mut people: BTreeMap<&str, Person> = BTreeMap::new();
-    let mut by_habit = 0.0;
+    let (mut by_habit, mut by_own_habit) = (0.0, 0.0);
     let habits = Habits::of(answers);
     for answer in answers {
         let Some((wanted, of)) = expected.get(answer.presented.as_str()) else {
@@ -254,6 +278,7 @@ pub(super) fn expected_share(
         person.answers += 1;
         person.guessed += guess;
         by_habit += habits.share(answer, wanted).unwrap_or(guess);
+        by_own_habit += habits.own_share(answer, wanted).unwrap_or(guess);
     }
     let people: Vec<Person> = people.into_values().collect();
     let each: Vec<(usize, usize)> = people.iter().map(|p| (p.right, p.answers)).collect();
@@ -261,7 +286,7 @@ pub(super) fn expected_share(
     let answers = each.iter().map(|(_, answers)| answers).sum::<usize>();
     let chance_share = people.iter().map(|p| p.guessed).sum::<f64>() / answers as f64;
     let judged = found.interval.unwrap_or([f64::NAN; 2]);
-    let habit_share = by_habit / answers as f64;
+    let habit_share = f64::max(by_habit, by_own_habit) / answers as f64;
     let limit = Limit::at_least(chance_share.max(habit_share));
     let what = ExpectedCriterion::AboveChance;
     let found = ExpectedShare {

@@ -25,10 +25,11 @@ pub enum AssociationWarning {
     )]
     #[serde(rename = "untested_pairs")]
     Untested { pairs: usize, of: usize },
-    /// Two groups that are compared as different people have pseudonyms in common.
+    /// Two groups that are compared as different people have people in common, by their pseudonyms or their answers.
     #[error(
-        "the two groups have {} in common, and are compared as different people: if they are the same, compare them as the same",
-        counted(*people, "pseudonym")
+        "the two groups seem to have {} in common, by pseudonyms or by answers: nothing is decided; compare the same people with again:, or leave \
+            out who stands in both",
+        counted(*people, "participant")
     )]
     SamePseudonyms { people: usize },
     /// Answers of two people agree more than what was presented and their habits explain.

@@ -1,4 +1,4 @@
-//! Participants whose transfer functions are the same but for a constant gain and noise: one person under two names.
+//! Participants whose transfer functions have the same magnitude but for a constant gain and noise: one person under two names.
 
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
@@ -7,7 +7,7 @@ use super::membership::LOW_COHERENCE;
 use super::{Entry, Filing, Panel, PanelWarning};
 use crate::compare::{CompareWarning, Mixed, Named, plain_name};
 use crate::quantity::Quantity;
-use crate::statistics::{median, standard_deviation};
+use crate::statistics::{mean, median, standard_deviation};
 use crate::transfer::TransferFunction;
 use crate::warning::Warning;
 
@@ -46,7 +46,7 @@ pub struct SameResponse {
 /// What two responses differ by.
 struct Likeness {
     gain_db: f64,
-    /// The rms difference of their complex logarithms beside the gain.
+    /// The rms difference of the logarithms of their magnitudes beside the gain.
     residual: f64,
     /// That between neighbouring lines.
     noise: f64,
@@ -66,7 +66,8 @@ impl Likeness {
 
 /// What `one` and `other` differ by, over the lines of the second that both hold; `None` for a response without shape, and few lines.
 ///
-/// Formula: d = ln(H₂/H₁) − mean; F = n·Σ|d̄ᵢ|²/(k − 1) ÷ Σ|d − d̄ᵢ|²/(nk − k) over k groups of n = 8 lines.
+/// Formula: d = ln|H₂/H₁| − mean; F = n·Σd̄ᵢ²/(k − 1) ÷ Σ(d − d̄ᵢ)²/(nk − k) over k groups of n = 8 lines. Phases are left out: a delay turns
+/// them, and makes nobody else.
 ///
 /// Source: J. von Neumann (1941), Ann. Math. Statist. 12(4), of whose ratio it is the form by groups; R. A. Fisher (1925).
 fn likeness<I: Quantity, O: Quantity>(
@@ -74,7 +75,7 @@ fn likeness<I: Quantity, O: Quantity>(
     other: &TransferFunction<I, O>,
 ) -> Option<Likeness> {
     let mut own = Vec::new();
-    let mut ratios: Vec<Complex<f64>> = Vec::new();
+    let mut logs: Vec<f64> = Vec::new();
     for line in 1..other.response().len() {
         let Some((a, b)) = at(one, line as f64 * other.resolution_hz())
             .zip(at(other, line as f64 * other.resolution_hz()))
@@ -82,32 +83,28 @@ fn likeness<I: Quantity, O: Quantity>(
             continue;
         };
         own.push(a.norm().ln());
-        ratios.push(b / a);
+        logs.push((b.norm() / a.norm()).ln());
     }
-    let groups = ratios.len() / SMOOTHED;
+    let groups = logs.len() / SMOOTHED;
     if groups < MIN_GROUPS || standard_deviation(&own) < MIN_SHAPE {
         return None;
     }
-    ratios.truncate(groups * SMOOTHED);
-    // Angles are differences from their mean direction, which keeps them from the jump at ±180°.
-    let direction: Complex<f64> = ratios.iter().map(|ratio| ratio / ratio.norm()).sum();
-    let turned = direction.conj() / direction.norm().max(f64::MIN_POSITIVE);
-    let mut logs: Vec<Complex<f64>> = ratios.iter().map(|ratio| (ratio * turned).ln()).collect();
-    let middle = logs.iter().sum::<Complex<f64>>() / logs.len() as f64;
+    logs.truncate(groups * SMOOTHED);
+    let middle = mean(&logs);
     for log in &mut logs {
         *log -= middle;
     }
     let (mut smooth, mut within, mut all) = (0.0, 0.0, 0.0);
     for group in logs.chunks_exact(SMOOTHED) {
-        let its = group.iter().sum::<Complex<f64>>() / SMOOTHED as f64;
-        smooth += its.norm_sqr();
-        within += group.iter().map(|log| (log - its).norm_sqr()).sum::<f64>();
-        all += group.iter().map(Complex::norm_sqr).sum::<f64>();
+        let its = mean(group);
+        smooth += its * its;
+        within += group.iter().map(|log| (log - its).powi(2)).sum::<f64>();
+        all += group.iter().map(|log| log * log).sum::<f64>();
     }
     let noise = within / (logs.len() - groups) as f64;
     let smooth = smooth * SMOOTHED as f64 / (groups - 1) as f64;
     Some(Likeness {
-        gain_db: 20.0 * middle.re / std::f64::consts::LN_10,
+        gain_db: 20.0 * middle / std::f64::consts::LN_10,
         residual: (all / logs.len() as f64).sqrt(),
         noise: noise.sqrt(),
         structure: smooth / noise.max(f64::MIN_POSITIVE),
@@ -328,6 +325,13 @@ mod tests {
         each.collect()
     }
 
+    /// `lines`, each with `by` more in its phase.
+    fn turned(lines: &[Complex<f64>], by: impl Fn(f64) -> f64) -> Vec<Complex<f64>> {
+        let each = lines.iter().enumerate();
+        let each = each.map(|(line, h)| h * Complex::from_polar(1.0, by(line as f64)));
+        each.collect()
+    }
+
     const USUAL: [f64; 2] = [0.06, 0.01];
 
     #[test]
@@ -345,6 +349,8 @@ mod tests {
                 ("of the other sign", times(-0.6)),
                 ("with 0.3 % noise", noisy(&times(1.1), 0.003, &mut random)),
                 ("with 1.5 % noise", noisy(&times(1.1), 0.015, &mut random)),
+                ("delayed", turned(&times(1.1), |line| -0.2 * line)),
+                ("with other phases", turned(&times(1.1), |line| line * line)),
             ];
             let finer = resampled(&lines, 0.8);
             let mut back = resampled(&finer, 1.25);

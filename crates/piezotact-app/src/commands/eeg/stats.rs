@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::anyhow;
 use clap::{Args, ValueEnum};
 use piezotact::document;
+use piezotact::invocation::Found;
 use piezotact_dataset::read_input_text;
 use piezotact_people::eeg::erd::Mode;
 use piezotact_people::eeg::group::{GroupConfig, GroupError, compare};
@@ -63,6 +64,9 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     let read: Vec<&Path> = args.files.iter().map(PathBuf::as_path).collect();
     outputs(&read, &args.outputs.files())?;
     let documents = read.iter().map(|path| document(path));
+    let documents = documents.collect::<Outcome<Vec<(EegErd, Vec<Sampled>)>>>()?;
+    different_samples(&documents)?;
+    let documents = documents.into_iter().map(|(document, _)| Ok(document));
     let only = |document: Outcome<EegErd>| document?.only(&args.band, &args.region).map_err(usage);
     let documents = documents.map(only).collect::<Outcome<Vec<EegErd>>>()?;
     let found = compare(&documents, &config(args)).map_err(|error| match error {
@@ -72,15 +76,52 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     deliver(&args.outputs, &found)
 }
 
-fn document(path: &Path) -> Outcome<EegErd> {
+/// A file of samples that a document was computed from, and its checksum.
+type Sampled = (String, Found);
+
+/// Refuses documents of two people that were computed from one file of samples, whatever its markers and channels.
+fn different_samples(documents: &[(EegErd, Vec<Sampled>)]) -> Outcome {
+    let mut known: Vec<(&str, &Sampled)> = Vec::new();
+    for (document, files) in documents {
+        let participant = document.subject.participant.as_str();
+        for file in files {
+            let other = known
+                .iter()
+                .find(|(of, (_, sum))| *of != participant && *sum == file.1);
+            if let Some((of, (path, _))) = other {
+                return Err(Failure::Data(anyhow!(
+                    "expected a recording of each participant, found the same samples for {of} ({path}) and {participant} ({}); give each \
+                     recording once",
+                    file.0
+                )));
+            }
+            known.push((participant, file));
+        }
+    }
+    Ok(())
+}
+
+/// The document at `path`, with the files of samples that it states.
+fn document(path: &Path) -> Outcome<(EegErd, Vec<Sampled>)> {
     reading_fits(path)?;
     let text = read_input_text(path)?;
-    if Made::of(&text).is_some_and(|made| !made.untouched) {
+    let made = Made::of(&text);
+    if made.as_ref().is_some_and(|made| !made.untouched) {
         return Err(of_file(path)(anyhow!(
             "expected the results as `eeg erd` wrote them, found others under its checksum: the file was changed by hand or damaged; compute it again"
         )));
     }
-    document::read(&text).map_err(of_file(path))
+    let inputs = made.into_iter().flat_map(|made| made.invocation.inputs);
+    let samples = inputs.filter(|input| {
+        let ending = Path::new(&input.path).extension().unwrap_or_default();
+        let of_samples = ["eeg", "edf", "bdf", "set", "fdt", "xdf"];
+        let is_known = of_samples
+            .iter()
+            .any(|one| ending.eq_ignore_ascii_case(one));
+        is_known && !matches!(input.found, Found::Nothing | Found::Changed)
+    });
+    let samples = samples.map(|input| (input.path, input.found)).collect();
+    Ok((document::read(&text).map_err(of_file(path))?, samples))
 }
 
 fn config(args: &Arguments) -> GroupConfig {
