@@ -32,6 +32,7 @@ mod recording_file;
 mod sample_set;
 pub mod sidecar;
 mod stored;
+pub mod tdms;
 mod transfer_file;
 mod transfer_json;
 pub mod uff;

@@ -25,6 +25,7 @@ use crate::lvm::{looks_like_lvm, parse_lvm};
 use crate::matlab;
 use crate::recording_file::{Stored, read_parquet};
 use crate::sidecar::{OfSamples, Rendering, measure_or_unit, sidecar_path, unit_and_factor};
+use crate::tdms::{looks_like_tdms, read_tdms};
 use crate::uff;
 use crate::wav::{SampleFormat, Wav, fingerprint, parse_wav, start_in};
 use beside::Beside;
@@ -58,6 +59,8 @@ impl FileKind {
     pub const TABLE: Self = Self::named("table of text");
     /// A LabVIEW measurement file.
     pub const LVM: Self = Self::named("LabVIEW measurement");
+    /// An NI TDMS file.
+    pub const TDMS: Self = Self::named("TDMS");
     /// A universal file.
     pub const UFF: Self = Self::named("universal file");
     /// A MATLAB file.
@@ -121,17 +124,11 @@ static RECORDINGS: &[Format<FileKind, Reader>] = &[
         read: |file, _| read_run_journal(file.path),
     },
     Format {
-        kind: FileKind::named("TDMS"),
-        label: "",
+        kind: FileKind::TDMS,
+        label: "TDMS",
         endings: &["tdms"],
-        sniff: Recognition::Head(|head| head.starts_with(b"TDSm")),
-        read: |file, _| {
-            Err(none(
-                file,
-                "a TDMS file",
-                "export it as CSV with a header".into(),
-            ))
-        },
+        sniff: Recognition::Head(looks_like_tdms),
+        read: |file, options| Ok(read_tdms(file.path, options)?.into()),
     },
     // Nothing public says how its first bytes look: it is known by its name.
     Format {
@@ -584,7 +581,10 @@ mod tests {
         for part in ["Parquet", "WAV", "MAT", "CSV, TSV"] {
             assert!(list.contains(part), "{list}");
         }
-        assert!(!list.contains("TDMS") && !list.contains("AHAP"), "{list}");
+        assert!(
+            !list.contains("Dewesoft") && !list.contains("AHAP"),
+            "{list}"
+        );
         assert_eq!(FileKind::of_ending(Path::new("A.UNV")), Some(FileKind::UFF));
         assert_eq!(FileKind::of_ending(Path::new("a.xyz")), None);
         assert_eq!(FileKind::HAPTIC_CLIP.ending(), Some("haptic"));
@@ -603,10 +603,9 @@ mod tests {
         for (bytes, part) in [
             (
                 &b"{\"a\": 1}"[..],
-                "found JSON; give a file that is Parquet, WAV,",
+                "found JSON; give a file that is Parquet, TDMS, WAV,",
             ),
-            (b"\x01\x00\x02", "export it as Parquet, WAV,"),
-            (b"TDSm....", "found a TDMS file"),
+            (b"\x01\x00\x02", "export it as Parquet, TDMS, WAV,"),
             (b"\x01\x00\x02", "found a DewesoftX file; export it"),
         ] {
             let name = if part.contains("Dewesoft") {

@@ -14,5 +14,7 @@ mod shared_data;
 mod sidecar;
 mod stored_functions;
 mod support;
+mod tdms;
+mod tdms_damage;
 mod uff;
 mod uff_clocks;
