@@ -5,6 +5,7 @@
 //! silently: the physical scale of a WAV file comes from its [`sidecar`] or from the person.
 
 pub mod atomic;
+mod catman;
 mod commas;
 mod contact_map;
 mod csv_table;

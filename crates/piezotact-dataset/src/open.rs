@@ -14,6 +14,7 @@ use piezotact::recording::{
 };
 use piezotact::series::is_sample;
 
+use crate::catman::{looks_like_catman, parse_catman};
 use crate::csv_table::read_table;
 #[cfg(feature = "eeg")]
 use crate::eeg;
@@ -130,14 +131,16 @@ static RECORDINGS: &[Format<FileKind, Reader>] = &[
         sniff: Recognition::Head(looks_like_tdms),
         read: |file, options| Ok(read_tdms(file.path, options)?.into()),
     },
-    // Nothing public says how its first bytes look: it is known by its name.
+    // Of files of other versions, nothing public says how they begin: they are known by their names too.
     Format {
         kind: FileKind::named("DewesoftX"),
         label: "",
         endings: &["dxd", "d7d"],
         sniff: Recognition::Whole(|path, bytes| {
             let ending = path.extension().map(|ending| ending.to_ascii_lowercase());
-            ending.is_some_and(|ending| ending == "dxd" || ending == "d7d") && bytes.contains(&0)
+            bytes.starts_with(b"MULTI_STREAM_FILE_VER")
+                || ending.is_some_and(|ending| ending == "dxd" || ending == "d7d")
+                    && bytes.contains(&0)
         }),
         read: |file, _| {
             let todo = "export it in DewesoftX as CSV with a header, universal file (UFF 58) or MATLAB (-v7)";
@@ -239,6 +242,13 @@ static RECORDINGS: &[Format<FileKind, Reader>] = &[
         },
     },
     npy::NPY,
+    Format {
+        kind: FileKind::named("catman"),
+        label: "catman BIN",
+        endings: &["bin"],
+        sniff: Recognition::Head(looks_like_catman),
+        read: |file, options| Ok(parse_catman(file.path, file.bytes()?, options)?.into()),
+    },
     Format {
         kind: FileKind::HAPTIC_CLIP,
         label: if cfg!(feature = "haptic") {
@@ -607,6 +617,10 @@ mod tests {
             ),
             (b"\x01\x00\x02", "export it as Parquet, TDMS, WAV,"),
             (b"\x01\x00\x02", "found a DewesoftX file; export it"),
+            (
+                b"MULTI_STREAM_FILE_VER0",
+                "found a DewesoftX file; export it",
+            ),
         ] {
             let name = if part.contains("Dewesoft") {
                 "a.DXD"
