@@ -584,3 +584,49 @@ fn a_scale_that_is_not_known_is_refused_by_its_name() {
         said(&read)
     );
 }
+
+/// Triggers that are appended to one channel, and properties that hold for some of its samples alone.
+#[test]
+fn what_changes_between_samples_is_said() {
+    let started = |seconds: i64, step_s: f64, unit: &'static str| {
+        let properties = [
+            ("wf_start_time", Time(seconds, 0)),
+            ("wf_increment", Number(step_s)),
+            ("unit_string", Text(unit)),
+        ];
+        let index = samples_of(10, 4);
+        let objects = [object("/'g'/'a'", &index, &properties)];
+        segment(META | RAW, &objects, &doubles(&[1.0, 2.0, 3.0, 4.0]))
+    };
+    let at = 3_855_460_087;
+    let first = || started(at, 0.25, "N");
+    let read = parse(&[first(), started(at + 1, 0.25, "N")].concat(), None).unwrap();
+    assert_eq!((read.len(), said(&read).as_str()), (8, ""));
+    let read = parse(
+        &[first(), started(at + 3, 0.25, "N"), first()].concat(),
+        None,
+    )
+    .unwrap();
+    let start = read.annotations.started_at.as_ref().unwrap().to_string();
+    assert_eq!((read.len(), start.as_str()), (12, "2026-03-04T09:08:07Z"));
+    let text = said(&read);
+    assert!(
+        text.contains("further starts: `a` at sample 4, 9.0 samples after"),
+        "{text}"
+    );
+    for (second, part) in [
+        (
+            started(at + 1, 0.5, "N"),
+            "`a` (its `wf_increment` changes between its samples)",
+        ),
+        (
+            started(at + 1, 0.25, "mN"),
+            "`a` (its `unit_string` changes between its samples)",
+        ),
+    ] {
+        let error = parse(&[first(), second].concat(), None)
+            .unwrap_err()
+            .to_string();
+        assert!(error.contains(part), "{error}");
+    }
+}

@@ -9,7 +9,7 @@ use piezotact::recording::{Clock, Recording, RecordingWarning, StartTime};
 
 use super::index::Kind;
 use super::layout::Object;
-use super::property::{Properties, Property, Stamp};
+use super::property::{Properties, Property, Stamp, Start};
 use super::samples::{File, Values};
 use super::scale::Chain;
 use crate::csv_table::{Column, WithoutUnit, choose_rate, is_time, rate_of, recording_of_clocks};
@@ -103,6 +103,12 @@ pub(super) fn recording_of(
         ));
     }
     let mut warnings = parts.warnings;
+    if !parts.restarted.is_empty() {
+        warnings.push(guessed(format!(
+            "the file states further starts: {}; all samples were read as one continuous signal, although some may be missing between them",
+            first_of(&parts.restarted)
+        )));
+    }
     let mut said = Vec::new();
     missing(&groups, &mut said);
     if is_cut {
@@ -128,6 +134,17 @@ pub(super) fn recording_of(
     let mut of_rate = Vec::new();
     let starts = groups.iter().flat_map(|group| group.began(&parts.times));
     let earliest = starts.min_by(|a, b| a.seconds_since(b).0.total_cmp(&0.0));
+    let without_start = groups
+        .iter()
+        .filter(|group| group.began(&parts.times).is_none());
+    let names = without_start.map(|group| format!("`{}`", group.signals[0].column.name));
+    let names: Vec<String> = names.collect();
+    if earliest.is_some() && !names.is_empty() {
+        warnings.push(guessed(format!(
+            "no start is stated of {}, which is taken to begin with the first channel",
+            first_of(&names)
+        )));
+    }
     let mut columns = Vec::new();
     let mut counts = Vec::new();
     for group in groups {
@@ -191,6 +208,8 @@ struct Parts {
     times: Vec<Times>,
     /// Channels that are left out, and why.
     left_out: Vec<String>,
+    /// Channels that were started again, and where.
+    restarted: Vec<String>,
     warnings: Vec<Warning>,
 }
 
@@ -240,6 +259,9 @@ impl Parts {
             }
             _ => {}
         }
+        if let Some(property) = &object.changed {
+            return leave(format!("its `{property}` changes between its samples"));
+        }
         if let Some(unit) =
             text("wf_xunit_string").filter(|unit| Unit::parse(unit).0 != Unit::Second)
         {
@@ -283,13 +305,15 @@ impl Parts {
             object.slots[0].kind,
             Kind::Number(crate::stored::Stored::F32 | crate::stored::Stored::F64)
         );
-        let offset_s = number("wf_start_offset")
-            .filter(|s| s.is_finite())
-            .unwrap_or(0.0);
-        let began = match object.properties.get("wf_start_time") {
-            Some(Property::Time(stamp)) => stamp.start_time(),
-            _ => None,
-        };
+        let step_s = number("wf_increment").filter(|s| *s > 0.0 && s.is_finite());
+        let start = object.starts.first().map(|(_, start)| *start);
+        let start = start.unwrap_or_else(|| Start::of(&object.properties));
+        if let Some((place, samples)) = step_s.and_then(|step_s| gap(object, step_s)) {
+            self.restarted.push(format!(
+                "`{name}` at sample {place}, {samples:.1} samples after the one before"
+            ));
+        }
+        let began = start.stamp.and_then(Stamp::start_time);
         self.signals.push(Signal {
             group: object.group.clone(),
             column: Column {
@@ -303,9 +327,9 @@ impl Parts {
             },
             is_count: !is_scaled && !is_float,
             missing: object.missing,
-            step_s: number("wf_increment").filter(|s| *s > 0.0 && s.is_finite()),
-            offset_s,
-            began: began.map(|began| began.later(Seconds(offset_s))),
+            step_s,
+            offset_s: start.offset_s,
+            began: began.map(|began| began.later(Seconds(start.offset_s))),
         });
     }
 
@@ -356,6 +380,16 @@ impl Parts {
         self.left_out.extend(unused);
         groups
     }
+}
+
+/// The first start of a channel that does not lie where the samples before it end: the sample, and how many samples after the one before.
+fn gap(object: &Object, step_s: f64) -> Option<(u64, f64)> {
+    let (_, first) = object.starts.first()?;
+    let distances = object.starts.iter().filter_map(|(count, start)| {
+        let samples = start.since(*first)? / step_s - *count as f64;
+        (samples.abs() > 0.5).then_some((*count, samples + 1.0))
+    });
+    distances.into_iter().next()
 }
 
 /// Whether a channel holds the times of others.

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::io::{Read, Seek};
 
 use super::index::{Index, Kind, Scalers};
-use super::property::{Properties, read as read_properties};
+use super::property::{Properties, Start, read as read_properties};
 use super::source::Source;
 use crate::error::ReadError;
 use crate::stored::ByteOrder;
@@ -33,6 +33,10 @@ pub(super) struct Object {
     pub(super) slots: Vec<Slot>,
     /// Samples that the file states and does not hold.
     pub(super) missing: u64,
+    /// The starts that its properties stated one after another, and how many samples stood before; none where there was one.
+    pub(super) starts: Vec<(u64, Start)>,
+    /// A property that holds for all samples and was changed between them.
+    pub(super) changed: Option<String>,
 }
 
 impl Object {
@@ -81,7 +85,6 @@ pub(super) enum End {
 /// Where a segment has its samples.
 #[derive(Debug)]
 pub(super) struct Segment {
-    pub(super) at: u64,
     pub(super) raw: u64,
     pub(super) order: ByteOrder,
     /// How many times all blocks follow each other whole.
@@ -103,6 +106,8 @@ pub(super) struct Walk<'p, R> {
     pub(super) blocks: Vec<Block>,
     pub(super) is_interleaved: bool,
     next: u64,
+    /// Whether its samples were counted.
+    is_counted: bool,
     /// Whether the file ends before its last segment does.
     pub(super) is_cut: bool,
     /// Whether the program that wrote it did not end its last segment.
@@ -119,6 +124,7 @@ impl<'p, R: Read + Seek> Walk<'p, R> {
             blocks: Vec::new(),
             is_interleaved: false,
             next: 0,
+            is_counted: false,
             is_cut: false,
             is_interrupted: false,
         }
@@ -128,6 +134,7 @@ impl<'p, R: Read + Seek> Walk<'p, R> {
     pub(super) fn again(mut self) -> Self {
         self.list.clear();
         self.next = 0;
+        self.is_counted = true;
         self
     }
 
@@ -211,7 +218,6 @@ impl<'p, R: Read + Seek> Walk<'p, R> {
         };
         let stated = if has_raw { stated_end - raw } else { 0 };
         let mut segment = Segment {
-            at,
             raw,
             order,
             whole: 0,
@@ -308,8 +314,21 @@ impl<'p, R: Read + Seek> Walk<'p, R> {
                 Some((_, known)) => *known = has_samples,
                 None => self.list.push((number, has_samples)),
             }
-            let properties = &mut self.objects[number].properties;
-            read_properties(&mut self.source, order, properties)?;
+            let object = &mut self.objects[number];
+            let before = Start::of(&object.properties);
+            let changed = read_properties(&mut self.source, order, &mut object.properties)?;
+            let count = object.slots.first().map_or(0, |slot| slot.count);
+            if count == 0 || self.is_counted {
+                continue;
+            }
+            object.changed = object.changed.take().or(changed);
+            let after = Start::of(&object.properties);
+            if before.stamp.is_some() && after != before {
+                if object.starts.is_empty() {
+                    object.starts.push((0, before));
+                }
+                object.starts.push((count, after));
+            }
         }
         Ok(())
     }
@@ -336,6 +355,8 @@ impl<'p, R: Read + Seek> Walk<'p, R> {
             index: None,
             slots: Vec::new(),
             missing: 0,
+            starts: Vec::new(),
+            changed: None,
         });
         self.known.insert(path, self.objects.len() - 1);
         Ok(self.objects.len() - 1)

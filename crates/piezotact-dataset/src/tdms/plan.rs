@@ -178,7 +178,7 @@ impl<R: Read + Seek> Walk<'_, R> {
     }
 
     /// Counts the samples of a segment, and those that it lacks.
-    pub(super) fn count(&mut self, segment: &Segment) -> Result<(), ReadError> {
+    pub(super) fn count(&mut self, segment: &Segment) {
         for (number, block) in self.blocks.iter().enumerate() {
             let behind = segment.last.get(number).copied().unwrap_or(0);
             let rows = block
@@ -199,9 +199,5 @@ impl<R: Read + Seek> Walk<'_, R> {
                 }
             }
         }
-        if self.source.length < segment.at {
-            return Err(self.source.wrong(segment.at, "a segment", "none"));
-        }
-        Ok(())
     }
 }

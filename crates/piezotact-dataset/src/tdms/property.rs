@@ -22,6 +22,14 @@ pub(super) enum Property {
 }
 
 impl Property {
+    /// Whether `other` says the same, numbers to the rounding of a program.
+    fn is_like(&self, other: Option<&Self>) -> bool {
+        match (self, other) {
+            (Self::Number(a), Some(Self::Number(b))) => (a - b).abs() <= 1e-9 * a.abs(),
+            (own, other) => Some(own) == other,
+        }
+    }
+
     pub(super) fn number(&self) -> Option<f64> {
         match self {
             Self::Number(number) => Some(*number),
@@ -79,6 +87,32 @@ impl Stamp {
     }
 }
 
+/// When the first sample of a channel was taken, as its properties say it: a time, and s from there on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Start {
+    pub(super) stamp: Option<Stamp>,
+    pub(super) offset_s: f64,
+}
+
+impl Start {
+    pub(super) fn of(properties: &Properties) -> Self {
+        let offset_s = properties.get("wf_start_offset").and_then(Property::number);
+        Self {
+            stamp: match properties.get("wf_start_time") {
+                Some(Property::Time(stamp)) => Some(*stamp),
+                _ => None,
+            },
+            offset_s: offset_s.filter(|s| s.is_finite()).unwrap_or(0.0),
+        }
+    }
+
+    /// How much later it is than `earlier`, s; `None` where one of them has no time.
+    pub(super) fn since(self, earlier: Self) -> Option<f64> {
+        let later_s = self.stamp?.since(earlier.stamp?);
+        Some(later_s + self.offset_s - earlier.offset_s)
+    }
+}
+
 /// The number type with a code of a TDMS file.
 pub(super) fn stored(code: u64) -> Option<Stored> {
     Some(match code {
@@ -96,12 +130,19 @@ pub(super) fn stored(code: u64) -> Option<Stored> {
     })
 }
 
-/// Reads the properties of an object and adds them to `known`.
+/// Properties that say what the samples are: they hold for all samples of a channel.
+fn is_of_samples(name: &str) -> bool {
+    name.starts_with("NI_Scal")
+        || ["unit_string", "NI_UnitDescription", "wf_increment"].contains(&name)
+}
+
+/// Reads the properties of an object and adds them to `known`; the first that says what samples are and was another before.
 pub(super) fn read<R: Read + Seek>(
     source: &mut Source<'_, R>,
     order: ByteOrder,
     known: &mut Properties,
-) -> Result<(), ReadError> {
+) -> Result<Option<String>, ReadError> {
+    let mut changed = None;
     let count = source.number::<4>(order, "the number of properties")?;
     for _ in 0..count {
         let name = source.name(order, "the name of a property")?;
@@ -139,10 +180,14 @@ pub(super) fn read<R: Read + Seek>(
                 }
             },
         };
+        let before = known.get(&name).filter(|_| is_of_samples(&name));
+        if before.is_some_and(|before| !before.is_like(property.as_ref())) {
+            changed = changed.or_else(|| Some(name.clone()));
+        }
         match property {
             Some(property) => known.insert(name, property),
             None => known.remove(&name),
         };
     }
-    Ok(())
+    Ok(changed)
 }
