@@ -25,7 +25,7 @@ def scales(*each):
     for at, (kind, entries) in enumerate(each):
         found[f"NI_Scale[{at}]_Scale_Type"] = kind
         for name, value in entries.items():
-            is_source = name.endswith(("Source", "Size"))
+            is_source = name.endswith(("Source", "Size", "Configuration"))
             found[f"NI_Scale[{at}]_{kind}_{name}"] = np.uint32(value) if is_source else float(value)
     return found
 
@@ -37,12 +37,16 @@ def listed(name, values):
 polynomial = ("Polynomial", {**listed("Coefficients", [0.5, 2, -0.25, 0.125]), "Input_Source": raw})
 table = ("Table", {**listed("Pre_Scaled_Values", [4, 1, -3]), **listed("Scaled_Values", [40, 10, 2]), "Input_Source": 0})
 linear = ("Linear", {"Slope": 3, "Y_Intercept": -1, "Input_Source": raw})
+bridge = {"Poisson_Ratio": 0.3, "Gage_Resistance": 350, "Lead_Wire_Resistance": 2, "Initial_Bridge_Voltage": 0.25, "Gage_Factor": 2.1,
+          "Bridge_Shunt_Calibration_Gain_Adjustment": 1.1, "Voltage_Excitation": 100, "Input_Source": raw}
+bridges = {"full bridge 1": 10183, "full bridge 2": 10184, "full bridge 3": 10185, "half bridge 1": 10188, "half bridge 2": 10189, "quarter bridge": 10271}
 with TdmsWriter(folder / "scales.tdms") as writer:
     chains = {
         "table of polynomial": scales(polynomial, table),
         "difference": scales(polynomial, linear, ("Subtract", {"Left_Operand_Input_Source": 0, "Right_Operand_Input_Source": 1})),
         "sum": scales(polynomial, linear, ("Add", {"Left_Operand_Input_Source": 0, "Right_Operand_Input_Source": 1})),
     }
+    chains |= {name: scales(("Strain", {"Configuration": code, **bridge})) for name, code in bridges.items()}
     writer.write_segment([ChannelObject("scales", name, k, {**wave, **chain}) for name, chain in chains.items()])
 
 

@@ -296,6 +296,46 @@ fn scales_and_cards_as_nptdms_reads_them() {
     assert_eq!(samples(&read, "table of polynomial"), table);
     assert_eq!(samples(&read, "difference"), difference);
     assert_eq!(samples(&read, "sum"), sum);
+    // Ends of bridges of strain gauges, rounded where the formula is put otherwise.
+    for (bridge, first, last) in [
+        (
+            "full bridge 1",
+            0.022_261_904_761_904_764,
+            -0.019_642_857_142_857_146,
+        ),
+        (
+            "full bridge 2",
+            0.034_249_084_249_084_25,
+            -0.030_219_780_219_780_223,
+        ),
+        (
+            "full bridge 3",
+            0.035_051_217_889_241_9,
+            -0.029_621_650_733_809_075,
+        ),
+        (
+            "half bridge 1",
+            0.072_193_843_276_931_9,
+            -0.058_425_440_416_462_346,
+        ),
+        (
+            "half bridge 2",
+            0.044_778_231_292_517_02,
+            -0.039_510_204_081_632_66,
+        ),
+        (
+            "quarter bridge",
+            0.097_875_915_393_479_7,
+            -0.073_507_356_430_944_5,
+        ),
+    ] {
+        let found = samples(&read, bridge);
+        let near = |a: f64, b: f64| (a - b).abs() <= 1e-14;
+        assert!(
+            near(found[0], first) && near(found[8], last),
+            "{bridge}: {found:?}"
+        );
+    }
     let text = said(&read);
     assert!(
         text.contains("`table of polynomial`: 6 of 9 samples lie outside the range"),

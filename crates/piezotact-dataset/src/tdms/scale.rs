@@ -29,6 +29,12 @@ enum Step {
     },
     /// Coefficients from the constant one on.
     Polynomial(Vec<f64>),
+    /// A bridge of strain gauges: −`factor`·v/(1 + `bend`·v) of the voltage beyond that at rest.
+    Strain {
+        rest_v: f64,
+        factor: f64,
+        bend: f64,
+    },
     /// Points of a curve of straight lines, from left to right.
     Table(Vec<(f64, f64)>),
     Add,
@@ -123,6 +129,14 @@ impl Step {
         for value in values {
             *value = match self {
                 Self::Linear { slope, intercept } => *value * slope + intercept,
+                Self::Strain {
+                    rest_v,
+                    factor,
+                    bend,
+                } => {
+                    let beyond_v = *value - rest_v;
+                    -factor * beyond_v / (1.0 + bend * beyond_v)
+                }
                 Self::Polynomial(coefficients) => {
                     let highest_first = coefficients.iter().rev();
                     highest_first.fold(0.0, |sum, coefficient| sum * *value + coefficient)
@@ -172,6 +186,32 @@ impl Scales<'_> {
         each.collect()
     }
 
+    /// The scale of a bridge, with the names that `DAQmx` gives its arrangements.
+    ///
+    /// Source: National Instruments, *Strain Gauge Configuration Types*: the voltage ratio of each bridge, solved for the strain.
+    fn strain(&self, at: u64) -> Result<Step, String> {
+        let number = |name: &str| self.number(at, &format!("Strain_{name}"));
+        let poisson = number("Poisson_Ratio")?;
+        let wires = 1.0 + number("Lead_Wire_Resistance")? / number("Gage_Resistance")?;
+        let both = (1.0 - poisson) / (1.0 + poisson);
+        let (factor, bend) = match number("Configuration")? as u64 {
+            10_183 => (1.0, 0.0),
+            10_184 => (2.0 / (1.0 + poisson), 0.0),
+            10_185 => (2.0 / (1.0 + poisson), both),
+            10_188 => (4.0 * wires / (1.0 + poisson), 2.0 * both),
+            10_189 => (2.0 * wires, 0.0),
+            10_271 | 10_272 => (4.0 * wires, 2.0),
+            other => return Err(format!("a bridge of strain gauges of type {other}")),
+        };
+        let excitation_v = number("Voltage_Excitation")?;
+        let gain = number("Bridge_Shunt_Calibration_Gain_Adjustment")?;
+        Ok(Step::Strain {
+            rest_v: number("Initial_Bridge_Voltage")?,
+            factor: factor * gain / (number("Gage_Factor")? * excitation_v),
+            bend: bend / excitation_v,
+        })
+    }
+
     /// Adds the steps of scale `at` behind those of its operands.
     fn add(&self, at: u64, steps: &mut Vec<Step>, depth: usize) -> Result<(), String> {
         if depth > MOST_SCALES || steps.len() > MOST_SCALES {
@@ -210,6 +250,10 @@ impl Scales<'_> {
             "Polynomial" => {
                 operand("Polynomial_", steps)?;
                 Step::Polynomial(self.list(at, "Polynomial_Coefficients", Some(4.0))?)
+            }
+            "Strain" => {
+                operand("Strain_", steps)?;
+                self.strain(at)?
             }
             "Table" => {
                 operand("Table_", steps)?;
