@@ -292,7 +292,8 @@ impl Column {
     }
 }
 
-fn is_time(name: &str) -> bool {
+/// Whether a column of this name holds the time.
+pub(crate) fn is_time(name: &str) -> bool {
     TIME_NAMES.contains(&name.to_ascii_lowercase().as_str())
 }
 

@@ -5,6 +5,7 @@
 //! silently: the physical scale of a WAV file comes from its [`sidecar`] or from the person.
 
 pub mod atomic;
+mod catman;
 mod commas;
 mod contact_map;
 mod csv_table;
@@ -32,6 +33,7 @@ mod recording_file;
 mod sample_set;
 pub mod sidecar;
 mod stored;
+pub mod tdms;
 mod transfer_file;
 mod transfer_json;
 pub mod uff;

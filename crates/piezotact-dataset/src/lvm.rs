@@ -305,8 +305,8 @@ impl<'a, I: Iterator<Item = (usize, &'a str)>> Reader<'a, I> {
     }
 }
 
-/// LabVIEW writes the names of units as often as their symbols.
-fn unit(label: &str) -> String {
+/// The symbol of a unit: LabVIEW writes the names of units as often as their symbols.
+pub(crate) fn unit(label: &str) -> String {
     let symbol = match label.to_ascii_lowercase().as_str() {
         "newtons" | "newton" => "N",
         "volts" | "volt" => "V",

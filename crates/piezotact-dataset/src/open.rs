@@ -14,6 +14,7 @@ use piezotact::recording::{
 };
 use piezotact::series::is_sample;
 
+use crate::catman::{looks_like_catman, parse_catman};
 use crate::csv_table::read_table;
 #[cfg(feature = "eeg")]
 use crate::eeg;
@@ -25,6 +26,7 @@ use crate::lvm::{looks_like_lvm, parse_lvm};
 use crate::matlab;
 use crate::recording_file::{Stored, read_parquet};
 use crate::sidecar::{OfSamples, Rendering, measure_or_unit, sidecar_path, unit_and_factor};
+use crate::tdms::{looks_like_tdms, read_tdms};
 use crate::uff;
 use crate::wav::{SampleFormat, Wav, fingerprint, parse_wav, start_in};
 use beside::Beside;
@@ -58,6 +60,8 @@ impl FileKind {
     pub const TABLE: Self = Self::named("table of text");
     /// A LabVIEW measurement file.
     pub const LVM: Self = Self::named("LabVIEW measurement");
+    /// An NI TDMS file.
+    pub const TDMS: Self = Self::named("TDMS");
     /// A universal file.
     pub const UFF: Self = Self::named("universal file");
     /// A MATLAB file.
@@ -121,26 +125,22 @@ static RECORDINGS: &[Format<FileKind, Reader>] = &[
         read: |file, _| read_run_journal(file.path),
     },
     Format {
-        kind: FileKind::named("TDMS"),
-        label: "",
+        kind: FileKind::TDMS,
+        label: "TDMS",
         endings: &["tdms"],
-        sniff: Recognition::Head(|head| head.starts_with(b"TDSm")),
-        read: |file, _| {
-            Err(none(
-                file,
-                "a TDMS file",
-                "export it as CSV with a header".into(),
-            ))
-        },
+        sniff: Recognition::Head(looks_like_tdms),
+        read: |file, options| Ok(read_tdms(file.path, options)?.into()),
     },
-    // Nothing public says how its first bytes look: it is known by its name.
+    // Of files of other versions, nothing public says how they begin: they are known by their names too.
     Format {
         kind: FileKind::named("DewesoftX"),
         label: "",
         endings: &["dxd", "d7d"],
         sniff: Recognition::Whole(|path, bytes| {
             let ending = path.extension().map(|ending| ending.to_ascii_lowercase());
-            ending.is_some_and(|ending| ending == "dxd" || ending == "d7d") && bytes.contains(&0)
+            bytes.starts_with(b"MULTI_STREAM_FILE_VER")
+                || ending.is_some_and(|ending| ending == "dxd" || ending == "d7d")
+                    && bytes.contains(&0)
         }),
         read: |file, _| {
             let todo = "export it in DewesoftX as CSV with a header, universal file (UFF 58) or MATLAB (-v7)";
@@ -242,6 +242,13 @@ static RECORDINGS: &[Format<FileKind, Reader>] = &[
         },
     },
     npy::NPY,
+    Format {
+        kind: FileKind::named("catman"),
+        label: "catman BIN",
+        endings: &["bin"],
+        sniff: Recognition::Head(looks_like_catman),
+        read: |file, options| Ok(parse_catman(file.path, file.bytes()?, options)?.into()),
+    },
     Format {
         kind: FileKind::HAPTIC_CLIP,
         label: if cfg!(feature = "haptic") {
@@ -584,7 +591,10 @@ mod tests {
         for part in ["Parquet", "WAV", "MAT", "CSV, TSV"] {
             assert!(list.contains(part), "{list}");
         }
-        assert!(!list.contains("TDMS") && !list.contains("AHAP"), "{list}");
+        assert!(
+            !list.contains("Dewesoft") && !list.contains("AHAP"),
+            "{list}"
+        );
         assert_eq!(FileKind::of_ending(Path::new("A.UNV")), Some(FileKind::UFF));
         assert_eq!(FileKind::of_ending(Path::new("a.xyz")), None);
         assert_eq!(FileKind::HAPTIC_CLIP.ending(), Some("haptic"));
@@ -603,11 +613,14 @@ mod tests {
         for (bytes, part) in [
             (
                 &b"{\"a\": 1}"[..],
-                "found JSON; give a file that is Parquet, WAV,",
+                "found JSON; give a file that is Parquet, TDMS, WAV,",
             ),
-            (b"\x01\x00\x02", "export it as Parquet, WAV,"),
-            (b"TDSm....", "found a TDMS file"),
+            (b"\x01\x00\x02", "export it as Parquet, TDMS, WAV,"),
             (b"\x01\x00\x02", "found a DewesoftX file; export it"),
+            (
+                b"MULTI_STREAM_FILE_VER0",
+                "found a DewesoftX file; export it",
+            ),
         ] {
             let name = if part.contains("Dewesoft") {
                 "a.DXD"

@@ -73,9 +73,55 @@ impl Stored {
 
     /// Every number in `bytes`; what is left over at the end is no number.
     pub(crate) fn values(self, bytes: &[u8], order: ByteOrder) -> Vec<f64> {
-        bytes
-            .chunks_exact(self.width())
-            .map(|chunk| self.value(chunk, order))
-            .collect()
+        let mut values = Vec::with_capacity(bytes.len() / self.width());
+        self.append(bytes, self.width(), 0, order, &mut values);
+        values
+    }
+
+    /// Appends the number `first` bytes behind the start of each row of `bytes`, which are `row` bytes long each; where a row is too short
+    /// for it, 0.
+    pub(crate) fn append(
+        self,
+        bytes: &[u8],
+        row: usize,
+        first: usize,
+        order: ByteOrder,
+        to: &mut Vec<f64>,
+    ) {
+        // One loop for each type and order, so that none of them is decided for each number.
+        macro_rules! each {
+            ($number:ty, $read:ident) => {{
+                const WIDTH: usize = size_of::<$number>();
+                if row == WIDTH && first == 0 {
+                    let (numbers, _) = bytes.as_chunks::<WIDTH>();
+                    to.extend(numbers.iter().map(|n| <$number>::$read(*n) as f64));
+                } else {
+                    to.extend(bytes.chunks_exact(row).map(|row| {
+                        let number = row.get(first..).and_then(<[u8]>::first_chunk::<WIDTH>);
+                        <$number>::$read(number.copied().unwrap_or_default()) as f64
+                    }));
+                }
+            }};
+        }
+        macro_rules! of {
+            ($number:ty) => {
+                match order {
+                    ByteOrder::Little => each!($number, from_le_bytes),
+                    ByteOrder::Big => each!($number, from_be_bytes),
+                }
+            };
+        }
+        match self {
+            Self::I8 => of!(i8),
+            Self::U8 => of!(u8),
+            Self::I16 => of!(i16),
+            Self::U16 => of!(u16),
+            Self::I32 => of!(i32),
+            Self::U32 => of!(u32),
+            Self::I64 => of!(i64),
+            Self::U64 => of!(u64),
+            Self::F32 => of!(f32),
+            Self::F64 => of!(f64),
+        }
     }
 }

@@ -1,5 +1,6 @@
 //! Every test of files, in one program: it is linked once and runs on all cores.
 
+mod catman;
 mod eeg;
 mod eeg_damage;
 mod eeg_written;
@@ -14,5 +15,7 @@ mod shared_data;
 mod sidecar;
 mod stored_functions;
 mod support;
+mod tdms;
+mod tdms_damage;
 mod uff;
 mod uff_clocks;
