@@ -426,10 +426,10 @@ fn contents_of(mut stored: Stored, kind: FileKind) -> Contents {
 }
 
 fn from_wav(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Stored, ReadError> {
-    let wav = parse_wav(path, bytes)?;
+    let mut wav = parse_wav(path, bytes)?;
     let beside = Beside::read(path)?.unwrap_or_else(|| Beside::none(path));
     let of_samples = beside.of_samples.clone();
-    let mut warnings = Vec::new();
+    let mut warnings = std::mem::take(&mut wav.warnings);
     require_own_sidecar(path, bytes, &wav, &of_samples)?;
     let count = wav.channels.len();
     if let Some(names) = of_samples.channels.filter(|names| names.len() != count) {
