@@ -7,6 +7,7 @@
 
 mod beside;
 mod brainvision;
+mod brainvision_samples;
 mod brainvision_write;
 mod content;
 mod edf;
