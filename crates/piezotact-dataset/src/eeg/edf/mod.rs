@@ -77,8 +77,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
                 .flat_map(|record| codes_of(signal, header.width, record))
         };
         if trigger::is_trigger(&signal.label) {
-            let (found, warning) = trigger::events(&signal.label, codes());
-            warnings.extend(warning);
+            let found = trigger::events(&signal.label, codes());
             // Places are counted on the fastest channel.
             let ratio = fastest as f64 / signal.per_record as f64;
             events.extend(found.into_iter().map(|event| Marked {
