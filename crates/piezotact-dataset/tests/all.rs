@@ -2,6 +2,7 @@
 
 mod eeg;
 mod eeg_damage;
+mod eeg_odd;
 mod eeg_written;
 mod haptic;
 mod haptic_limits;
