@@ -5,7 +5,8 @@ compare with; and small files of other programs for it to read (eeglabio 0.1.4, 
     python3 golden/eeg_files.py read FOLDER
 
 The first form writes tests/golden/eeg. Samples are in SI as MNE has them, the index of an event is that of
-`mne.events_from_annotations`, and triggers are those of `mne.find_events` with its defaults and a mask of 16 bits. The second form
+`mne.events_from_annotations`, and triggers are those of `mne.find_events` with `consecutive=True` and a mask of 16 bits (a code on the way
+down that lasts one sample is taken out, and one that lasts to the end is added, which MNE leaves out). The second form
 reads back what the Rust test `eeg_written::others_read_what_is_written` wrote to FOLDER (WRITE_EEG_TO=FOLDER) with MNE, edfio and pybv's rules.
 """
 
@@ -49,6 +50,21 @@ def events_of(raw):
     return [[int(at - raw.first_samp), texts[k]] for at, _, k in found]
 
 
+def changes(raw, stim):
+    codes = mne.find_events(raw, stim_channel=stim, mask=0xFFFF, mask_type="and", shortest_event=1, consecutive=True)
+    found = [[int(at - raw.first_samp), int(code)] for at, _, code in codes]
+    values = raw.get_data(picks=[stim])[0].astype(np.int64) & 0xFFFF
+    last = np.flatnonzero(np.diff(values))[-1:] + 1
+    if len(last) and values[last[0]] and [int(last[0]), int(values[last[0]])] not in found:
+        found.append([int(last[0]), int(values[last[0]])])
+
+    def settles(at, code):
+        before, after = values[at - 1], values[at + 1] if at + 1 < len(values) else code
+        return code & ~before == 0 and after != code and after & ~code == 0
+
+    return [[at, code] for at, code in found if not settles(at, code)]
+
+
 def golden(path, raw, slower=None, triggers=False):
     """`slower` maps names of channels below the highest rate to their samples, which MNE resamples."""
     slower = slower or {}
@@ -68,8 +84,7 @@ def golden(path, raw, slower=None, triggers=False):
     }
     if triggers:
         stim = next(n for n in raw.ch_names if n.lower() in ("status", "trigger"))
-        codes = mne.find_events(raw, stim_channel=stim, mask=0xFFFF, mask_type="and", shortest_event=1)
-        found["triggers"] = [[int(at - raw.first_samp), int(code)] for at, _, code in codes]
+        found["triggers"] = changes(raw, stim)
     return found
 
 
@@ -249,7 +264,7 @@ def footer(number, count):
 BOUNDARY = chunk(5, bytes([0x43, 0xA5, 0x46, 0xDC, 0xCB, 0xF5, 0x41, 0x0F, 0xB3, 0x0E, 0xD5, 0x46, 0x73, 0x83, 0xCB, 0xE4]))
 
 
-def own_xdf():
+def own_xdf(others):
     import pyxdf
 
     rng = np.random.default_rng(3)
@@ -282,8 +297,9 @@ def own_xdf():
     whole = start + body + b"".join(footer(n, c) for n, c in counts.items())
     (out / "streams.xdf").write_bytes(whole)
     found = {}
-    for name in ("streams.xdf",):
-        streams, _ = pyxdf.load_xdf(str(out / name))
+    for path in [out / "streams.xdf", *others]:
+        name = path.name
+        streams, _ = pyxdf.load_xdf(str(path))
         found[name] = []
         for s in streams:
             stamps, series = s["time_stamps"], s["time_series"]
@@ -337,8 +353,17 @@ for path in sorted(folder.glob("edf/*.[eb]df")):
     shared[f"edf/{path.name}"] = edf(path)
 for path in sorted(folder.glob("brainvision/*.vhdr")):
     shared[f"brainvision/{path.name}"] = golden(path, mne.io.read_raw_brainvision(path, preload=True))
+for path in sorted(folder.glob("eego/*.vhdr")):
+    found = golden(path, mne.io.read_raw_brainvision(path, preload=True))
+    # A marker at position 0, where positions count from 1: MNE puts it on the first sample.
+    found["events"].remove([0, "Marker/Impedance"])
+    shared[f"eego/{path.name}"] = found
+cases = folder.parent.parent / "cases"
+if cases.is_dir():
+    for name in ("held_codes.bdf", "comma_onset.edf"):
+        shared[f"../../cases/{name}"] = edf(cases / name)
 versions = {name: version(name) for name in ("mne", "edfio", "pyxdf", "pybv", "eeglabio", "scipy", "numpy")}
-found = dict(versions=versions, own=own, epochs=epochs, xdf=own_xdf(), shared=shared)
+found = dict(versions=versions, own=own, epochs=epochs, xdf=own_xdf([folder / "xdf/clock_resets.xdf"]), shared=shared)
 (out / "mne.json").write_text(json.dumps(found, ensure_ascii=False, separators=(",", ":")))
 for name, one in (own | shared).items():
     print(name, len(one["channels"]), "channels", len(one["events"]), "events", len(one.get("triggers", [])), "triggers", one["rate_hz"], one["start"])

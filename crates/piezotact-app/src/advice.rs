@@ -14,7 +14,7 @@ use piezotact::warning::Merged;
 use piezotact_haptic::HapticError;
 
 /// The options that a warning's advice needs, by code and cause (the value of one of [`CAUSES`]; empty for any).
-const OPTIONS: [(&str, &str, &str); 39] = [
+const OPTIONS: [(&str, &str, &str); 40] = [
     ("band_part_lost", "no_target", "--band"),
     ("channel_chosen", "motion", "--motion"),
     ("channel_chosen", "normal_force", "--normal-force"),
@@ -41,6 +41,7 @@ const OPTIONS: [(&str, &str, &str); 39] = [
     ("low_coherence", "", "--band"),
     ("no_contact", "", "--load"),
     ("not_excited", "", "--band"),
+    ("one_segment", "", "--part N"),
     ("open_multiple", "", "--high-pass"),
     (
         "played_through_its_own",

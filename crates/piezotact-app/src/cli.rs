@@ -230,6 +230,9 @@ pub(crate) struct Reading {
     /// rate of the HJIF curves, otherwise 8000).
     #[arg(long, value_name = "HZ")]
     pub(crate) rate: Option<f64>,
+    /// The part of a recording with gaps (EEG formats, XDF) that is read, from 1 on; default: the first, with a warning.
+    #[arg(long, value_name = "N")]
+    pub(crate) part: Option<usize>,
 }
 
 /// A whole sidecar, and the kinds of file that `info` explains.

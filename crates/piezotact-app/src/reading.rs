@@ -65,6 +65,7 @@ fn options_of(reading: &Reading) -> Outcome<ReadOptions> {
     Ok(ReadOptions {
         scale: reading.scale.clone(),
         rate: rate_option(reading.rate)?,
+        part: reading.part,
         ..ReadOptions::default()
     })
 }

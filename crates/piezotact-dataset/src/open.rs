@@ -40,6 +40,8 @@ pub struct ReadOptions {
     pub rate: Option<SampleRate>,
     /// Whether it is read as a drive: full scale is its unit, and needs no scale.
     pub is_drive: bool,
+    /// Which part of a recording with gaps is read, from 1 on; `None`: the first, with a warning.
+    pub part: Option<usize>,
 }
 
 /// What kind of file a recording was read from.
@@ -177,7 +179,7 @@ static RECORDINGS: &[Format<FileKind, Reader>] = &[
         label: "VHDR",
         endings: &["vhdr"],
         sniff: Recognition::Head(eeg::looks_like_brainvision),
-        read: |file, _| from_eeg(file),
+        read: from_eeg,
     },
     #[cfg(feature = "eeg")]
     Format {
@@ -193,7 +195,7 @@ static RECORDINGS: &[Format<FileKind, Reader>] = &[
         label: "EDF, BDF",
         endings: &["edf", "bdf"],
         sniff: Recognition::Head(|head| eeg::looks_like_edf(head) || eeg::looks_like_bdf(head)),
-        read: |file, _| from_eeg(file),
+        read: from_eeg,
     },
     #[cfg(feature = "eeg")]
     Format {
@@ -201,7 +203,10 @@ static RECORDINGS: &[Format<FileKind, Reader>] = &[
         label: "XDF",
         endings: &["xdf"],
         sniff: Recognition::Head(eeg::looks_like_xdf),
-        read: |file, _| Ok(eeg::recording_of_xdf(file.path, file.bytes()?)?.into()),
+        read: |file, options| {
+            let part = options.part;
+            Ok(eeg::recording_of_xdf(file.path, file.bytes()?, part)?.into())
+        },
     },
     // Known by its name too: it is a MATLAB file.
     #[cfg(feature = "eeg")]
@@ -210,7 +215,7 @@ static RECORDINGS: &[Format<FileKind, Reader>] = &[
         label: "SET",
         endings: &["set"],
         sniff: Recognition::Whole(eeg::is_called_set),
-        read: |file, _| from_eeg(file),
+        read: from_eeg,
     },
     #[cfg(not(feature = "eeg"))]
     Format {
@@ -340,6 +345,10 @@ pub fn read_recording(path: &Path, options: &ReadOptions) -> Result<Contents, Re
         return Err(none(&file, "a binary file of an unknown kind", todo));
     };
     let mut stored = (format.read)(&mut file, options)?;
+    let has_parts = ["vhdr", "edf", "xdf", "set"].contains(format.endings.first().unwrap_or(&""));
+    if let Some(part) = options.part.filter(|part| *part != 1 && !has_parts) {
+        return Err(no_part(path, part, 1));
+    }
     stored
         .recording
         .about
@@ -392,12 +401,19 @@ fn not_here(file: &mut Opened<'_>, _: &ReadOptions) -> Result<Stored, ReadError>
     ))
 }
 
-/// The first segment of an EEG file.
+/// A part of an EEG file.
 #[cfg(feature = "eeg")]
-fn from_eeg(file: &mut Opened<'_>) -> Result<Stored, ReadError> {
-    let read = eeg::read_eeg(file.path)?;
-    let first = read.into_first().map(Stored::from);
-    first.ok_or_else(|| none(file, "no segment", "record it again".into()))
+fn from_eeg(file: &mut Opened<'_>, options: &ReadOptions) -> Result<Stored, ReadError> {
+    Ok(eeg::recording_of_eeg(file.path, options.part)?.into())
+}
+
+/// A part that a recording of `count` parts does not have.
+pub(crate) fn no_part(path: &Path, part: usize, count: usize) -> ReadError {
+    let expected = match count {
+        1 => "part 1: the recording has no gap".into(),
+        _ => format!("a part from 1 to {count}"),
+    };
+    ReadError::content(path, expected, format!("part {part}"), "give another part")
 }
 
 fn from_journal(path: &Path) -> Result<Contents, ReadError> {
@@ -433,10 +449,10 @@ fn contents_of(mut stored: Stored, kind: FileKind) -> Contents {
 }
 
 fn from_wav(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Stored, ReadError> {
-    let wav = parse_wav(path, bytes)?;
+    let mut wav = parse_wav(path, bytes)?;
     let beside = Beside::read(path)?.unwrap_or_else(|| Beside::none(path));
     let of_samples = beside.of_samples.clone();
-    let mut warnings = Vec::new();
+    let mut warnings = std::mem::take(&mut wav.warnings);
     require_own_sidecar(path, bytes, &wav, &of_samples)?;
     let count = wav.channels.len();
     if let Some(names) = of_samples.channels.filter(|names| names.len() != count) {

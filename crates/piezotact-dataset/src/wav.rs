@@ -3,15 +3,19 @@
 //! Full scale is 1 in the samples. What full scale means in physical units stands in the
 //! [`sidecar`](crate::sidecar), never in this file.
 
+mod chunks;
+
 use std::io::Write;
 use std::path::Path;
 
+use piezotact::Warning;
 use piezotact::recording::StartTime;
 
 use crate::atomic::Prepared;
 use crate::error::{ReadError, WriteError};
 use crate::sidecar::{Sidecar, Written, prepare_json, sidecar_path};
 use crate::version::Versioned;
+use chunks::samples_in;
 
 /// How samples are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,6 +75,8 @@ pub struct Wav {
     pub rate_hz: u32,
     /// How the samples were stored.
     pub format: SampleFormat,
+    /// What the header does not say, or says otherwise than the file is.
+    pub warnings: Vec<Warning>,
 }
 
 const PCM: u16 = 1;
@@ -80,17 +86,20 @@ const EXTENSIBLE: u16 = 0xFFFE;
 /// Reads the bytes of a WAV file; `path` only names it in errors.
 ///
 /// # Errors
-/// [`ReadError::Content`] when it is no WAV file, is cut short, or stores its samples in another way.
+/// [`ReadError::Content`] when it is no WAV file, holds no sample, or stores its samples in another way.
 pub fn parse_wav(path: &Path, bytes: &[u8]) -> Result<Wav, ReadError> {
-    let (layout, data) = samples_in(path, bytes)?;
-    Ok(layout.decode(data))
+    let (layout, data, warnings) = samples_in(path, bytes)?;
+    Ok(Wav {
+        warnings,
+        ..layout.decode(&data)
+    })
 }
 
 /// The fingerprint of the samples in the bytes of a WAV file, as its sidecar keeps it.
 pub(crate) fn fingerprint(path: &Path, bytes: &[u8]) -> Result<String, ReadError> {
-    let (_, data) = samples_in(path, bytes)?;
+    let (_, data, _) = samples_in(path, bytes)?;
     let mut fingerprint = Fingerprint::new();
-    fingerprint.add(data);
+    fingerprint.add(&data);
     Ok(fingerprint.text())
 }
 
@@ -147,86 +156,7 @@ pub(crate) fn start_in(bytes: &[u8]) -> Option<StartTime> {
     None
 }
 
-/// The `data` chunk of a WAV file and how its samples lie in it.
-fn samples_in<'a>(path: &Path, bytes: &'a [u8]) -> Result<(Layout, &'a [u8]), ReadError> {
-    let wrong =
-        |expected: &str, found: String, todo: &str| ReadError::content(path, expected, found, todo);
-    let whole = bytes.get(..12).filter(|head| {
-        (head.starts_with(b"RIFF") || head.starts_with(b"RF64")) && head.ends_with(b"WAVE")
-    });
-    if whole.is_none() {
-        return Err(wrong(
-            "a WAV file",
-            "something else".into(),
-            "check the file, or export it again",
-        ));
-    }
-    let (mut at, mut layout, mut long_data) = (12usize, None, None);
-    while let Some(head) = bytes.get(at..at + 8) {
-        let size = u32_at(head, 4) as usize;
-        let body = at + 8;
-        let rest = bytes.len() - body;
-        match &head[..4] {
-            b"ds64" if rest >= 16 => {
-                long_data = usize::try_from(
-                    u64::from(u32_at(bytes, body + 12)) << 32 | u64::from(u32_at(bytes, body + 8)),
-                )
-                .ok();
-            }
-            b"fmt " => {
-                layout = Some(Layout::parse(
-                    path,
-                    bytes.get(body..body + size.min(rest)).unwrap_or(&[]),
-                )?)
-            }
-            b"data" => {
-                let layout = layout.ok_or_else(|| {
-                    wrong(
-                        "a `fmt ` chunk before the samples",
-                        "none".into(),
-                        "export the file again",
-                    )
-                })?;
-                let size = if size == u32::MAX as usize {
-                    long_data.unwrap_or(size)
-                } else {
-                    size
-                };
-                let frame = layout.format.bytes() * layout.channels;
-                if size > rest {
-                    return Err(wrong(
-                        &format!("{size} bytes of samples, as the header says"),
-                        format!("{rest}"),
-                        "the file was cut short: copy or export it again",
-                    ));
-                }
-                if !size.is_multiple_of(frame) {
-                    return Err(wrong(
-                        &format!("complete frames of {frame} bytes"),
-                        format!("{size} bytes of samples"),
-                        "the file is damaged: export it again",
-                    ));
-                }
-                if size == 0 {
-                    return Err(wrong(
-                        "samples",
-                        "none".into(),
-                        "check that the recording was not stopped immediately",
-                    ));
-                }
-                return Ok((layout, &bytes[body..body + size]));
-            }
-            _ => {}
-        }
-        at = body.saturating_add(size).saturating_add(size % 2);
-    }
-    Err(wrong(
-        "a `data` chunk with samples",
-        "none".into(),
-        "the file was cut short: copy or export it again",
-    ))
-}
-
+/// How samples lie in their bytes.
 #[derive(Clone, Copy)]
 struct Layout {
     channels: usize,
@@ -303,6 +233,7 @@ impl Layout {
             channels,
             rate_hz: self.rate_hz,
             format: self.format,
+            warnings: Vec::new(),
         }
     }
 }

@@ -3,6 +3,7 @@
 mod catman;
 mod eeg;
 mod eeg_damage;
+mod eeg_odd;
 mod eeg_written;
 mod haptic;
 mod haptic_limits;

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use piezotact::quantity::Unit;
 use piezotact::recording::{Event, EventValue, RecordingWarning};
-use piezotact_dataset::eeg::{EegFile, EegKind, XdfValues, read_eeg, read_xdf};
+use piezotact_dataset::eeg::{EegFile, EegKind, XdfFile, XdfValues, read_eeg, read_xdf};
 use piezotact_dataset::{FileKind, ReadOptions, read_recording};
 use serde_json::Value;
 
@@ -175,7 +175,7 @@ fn shared_files_have_the_values_of_mne() {
     };
     let golden = golden();
     let files = golden["shared"].as_object().unwrap();
-    assert_eq!(files.len(), 10);
+    assert_eq!(files.len(), 14);
     for (name, expected) in files {
         same_as_mne(&folder.join(name), expected);
     }
@@ -429,10 +429,20 @@ fn info_reads_every_kind() {
 #[test]
 fn streams_have_the_times_of_pyxdf() {
     let golden = golden();
-    let file = read_xdf(&kept("streams.xdf")).unwrap();
-    let wanted = golden["xdf"]["streams.xdf"].as_array().unwrap();
+    let own = read_xdf(&kept("streams.xdf")).unwrap();
+    assert!(own.warnings.is_empty(), "{:?}", own.warnings);
+    same_as_pyxdf(&own, &golden["xdf"]["streams.xdf"]);
+    if let Some(path) = shared_data::shared("data/eeg/xdf/clock_resets.xdf") {
+        same_as_pyxdf(
+            &read_xdf(&path).unwrap(),
+            &golden["xdf"]["clock_resets.xdf"],
+        );
+    }
+}
+
+fn same_as_pyxdf(file: &XdfFile, wanted: &Value) {
+    let wanted = wanted.as_array().unwrap();
     assert_eq!(file.streams.len(), wanted.len());
-    assert!(file.warnings.is_empty(), "{:?}", file.warnings);
     let ranges = |value: &Value| -> Vec<std::ops::Range<usize>> {
         let pair = |pair: &Value, k: usize| pair[k].as_u64().unwrap() as usize;
         value

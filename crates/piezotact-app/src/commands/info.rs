@@ -10,7 +10,9 @@ use piezotact::recording::{Condition, Recording};
 use piezotact::statistics::{mean, peak, standard_deviation};
 use piezotact::transfer::{Limits, StoredIdentities};
 use piezotact::warning::{merged, merged_of};
-use piezotact_dataset::document::{InfoDocument, RecordingInfo, TransferInfo, clock_summaries};
+use piezotact_dataset::document::{
+    InfoDocument, RecordingInfo, TransferInfo, clock_summaries, event_counts,
+};
 use piezotact_dataset::{
     Contents, TransferDocument, holds_transfer, known_naming, read_transfer, stored_transfer,
 };
@@ -128,6 +130,13 @@ fn origin_text(contents: &Contents) -> String {
     }
     for event in &recording.annotations.events {
         let _never_fails = write!(text, "\n  {}", event);
+    }
+    let counts = event_counts(recording);
+    if counts.iter().any(|(_, count)| *count > 1) {
+        let each = counts
+            .iter()
+            .map(|(name, count)| format!("{name} × {count}"));
+        let _never_fails = write!(text, "\n  events: {}", each.collect::<Vec<_>>().join(", "));
     }
     if let Some(lineage) = lineage_of(contents) {
         let _never_fails = write!(text, "\n  texture: {}", lineage.source);

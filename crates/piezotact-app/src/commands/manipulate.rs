@@ -277,6 +277,7 @@ fn takes_of(path: &Path, channel: Option<&str>, reading: &Reading) -> Takes {
         reading: Reading {
             scale: reading.scale.clone(),
             rate: reading.rate,
+            part: reading.part,
         },
     }
 }
@@ -341,6 +342,7 @@ fn open_other(args: &Manipulate, path: &Path) -> Outcome<Texture<Acceleration>> 
             .clone()
             .or_else(|| args.reading.scale.clone().filter(|_| !says_its_own)),
         rate: args.reading.rate,
+        part: args.reading.part,
     };
     let stroke = chosen(args.of_stroke, "--of-stroke").or(chosen(args.stroke, "--stroke"));
     Ok(open(path, stroke, args.of_channel.as_deref(), &reading)?.texture)

@@ -63,6 +63,7 @@ pub(super) fn verified(target: &Path, measured: &Path, band: Band) -> Outcome<Ve
         reading: Reading {
             scale: None,
             rate: None,
+            part: None,
         },
         outputs: Outputs {
             report: None,
@@ -352,6 +353,7 @@ fn textures_before(asked: &Asked<'_>, path: &Path) -> Outcome<Earlier> {
     let reading = Reading {
         scale: args.reading.scale.clone().filter(|_| !says_its_own),
         rate: args.reading.rate,
+        part: args.reading.part,
     };
     let channel = args.before_channel.as_deref();
     let stroke = args.before_stroke.map(|number| Chosen {

@@ -1,5 +1,6 @@
 //! What is in a file or a folder.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use piezotact::device::{DeviceDescription, DriveSetup};
@@ -113,6 +114,25 @@ pub struct RecordingInfo<'a> {
     pub stored_transfer: Option<TransferInfo<'a>>,
     /// What limits it.
     pub warnings: Vec<Merged>,
+}
+
+/// How many events of each kind and value `recording` has, in the order in which they first appear.
+#[must_use]
+pub fn event_counts(recording: &Recording) -> Vec<(String, usize)> {
+    let mut places = BTreeMap::new();
+    let mut counts: Vec<(String, usize)> = Vec::new();
+    for event in &recording.annotations.events {
+        let name = match &event.value {
+            Some(value) => format!("{} {value}", event.kind),
+            None => event.kind.clone(),
+        };
+        let place = *places.entry(name.clone()).or_insert(counts.len());
+        match counts.get_mut(place) {
+            Some((_, count)) => *count += 1,
+            None => counts.push((name, 1)),
+        }
+    }
+    counts
 }
 
 /// The channels of each clock of `recording`, with the number of their samples.

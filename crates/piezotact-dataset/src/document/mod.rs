@@ -11,7 +11,7 @@ use serde::Serialize;
 
 pub use info::{
     ChannelSummary, ClockSummary, DeviceInfo, InfoDocument, PanelIndexInfo, RecordingInfo, RunInfo,
-    RunsInfo, TransferInfo, clock_summaries,
+    RunsInfo, TransferInfo, clock_summaries, event_counts,
 };
 pub use panel::{PanelAddDocument, PanelRun, PanelRunCounts};
 

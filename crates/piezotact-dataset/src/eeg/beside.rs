@@ -79,7 +79,7 @@ pub struct StatedPosition {
     pub position: [f64; 3],
 }
 
-/// Reads EEG with what stands beside it: any EEG file as [`read_eeg`], XDF and other recordings as one part. The name of a BIDS file
+/// Reads EEG with what stands beside it: any EEG file as [`read_eeg`], XDF in parts between the gaps of its stream of EEG, other recordings as one part. The name of a BIDS file
 /// (`sub-01_task-control_eeg.vhdr`) gives participant and task; `_eeg.json` and `_channels.tsv` beside it are held against it, and `_events.tsv`
 /// gives the markers of a file that has none. Channels of EDF
 /// and BDF are called by their electrodes: `EEG C3-Ref` is `C3` where all electrodes have the same reference.
@@ -254,6 +254,10 @@ fn read_segments(path: &Path) -> Result<Parts, ReadError> {
     if is_eeg {
         let file = read_eeg(path)?;
         return Ok((file.kind.to_string(), file.segments, file.positions));
+    }
+    if super::looks_like_xdf(&head) {
+        let segments = super::xdf::segments_of_xdf(path, &crate::input::read_input(path)?)?;
+        return Ok(("XDF".into(), segments, Vec::new()));
     }
     let contents = read_recording(path, &ReadOptions::default())?;
     let recording = contents.recording;

@@ -8,6 +8,7 @@ use piezotact::Warning;
 use piezotact::quantity::SampleRate;
 use piezotact::recording::{BenchKind, Channel, EventValue, Losses, RecordingWarning, StartTime};
 
+use super::brainvision_samples::{other_orientation, points_of, samples_of};
 use super::brainvision_write::SIMULATED;
 use super::content::{Content, Line, Marked, Part, Place};
 use super::ini::{section, text_of, value};
@@ -43,25 +44,25 @@ fn begins(head: &[u8], kind: &str) -> bool {
 }
 
 /// A channel as the header describes it.
-struct Described {
+pub(super) struct Described {
     name: String,
     resolution: f64,
     unit: String,
 }
 
 /// What the header says.
-struct Header {
-    data: PathBuf,
+pub(super) struct Header {
+    pub(super) data: PathBuf,
     markers: Option<PathBuf>,
-    format: Stored,
-    order: ByteOrder,
-    multiplexed: bool,
-    rate: SampleRate,
+    pub(super) format: Stored,
+    pub(super) order: ByteOrder,
+    pub(super) multiplexed: bool,
+    pub(super) rate: SampleRate,
     /// The number of samples of a channel, where it is stated.
-    points: Option<usize>,
+    pub(super) points: Option<usize>,
     /// The samples of a segment, where the recording was cut around markers.
     segment_points: Option<usize>,
-    channels: Vec<Described>,
+    pub(super) channels: Vec<Described>,
 }
 
 /// The files of samples and markers that the header at `path`, with `bytes`, names.
@@ -85,23 +86,24 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
         .any(|line| line.strip_prefix("; ") == Some(SIMULATED));
     let stored = crate::input::read_input(&header.data)
         .map_err(|_unreadable| missing(path, "DataFile", &header.data))?;
-    let points = points_of(path, &header, stored.len())?;
-    let markers = match &header.markers {
+    let (points, cut) = points_of(path, &header, stored.len())?;
+    let (markers, unreadable) = match &header.markers {
         Some(file) => {
             let bytes = crate::input::read_input(file)
                 .map_err(|_unreadable| missing(path, "MarkerFile", file))?;
-            markers_of(file, &text_of(&bytes))?
+            markers_of(&text_of(&bytes))
         }
-        None => Vec::new(),
+        None => (Vec::new(), None),
     };
+    // Where the channels of vectorized data begin depends on how many samples there are.
     if header.points.is_none()
+        && !header.multiplexed
         && let Some(beyond) = markers.iter().find(|marker| marker.sample >= points)
     {
         return Err(ReadError::content(
             &header.data,
             format!(
-                "samples up to the marker {} at data point {}",
-                beyond.number,
+                "samples up to the marker at data point {}",
                 beyond.sample + 1
             ),
             format!("{points} samples of each channel: the file was cut short"),
@@ -111,6 +113,9 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
         ));
     }
     let (parts, started_at, mut warnings) = parts_of(&markers, header.rate, points);
+    warnings.extend(unreadable);
+    warnings.extend(cut.clone());
+    warnings.extend(other_orientation(&header, &stored, points));
     let parts = match header.segment_points {
         Some(each) if parts.len() == 1 && points / each > MOST_SEGMENTS => {
             return Err(ReadError::content(
@@ -163,7 +168,10 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
         })
         .collect();
     Content {
-        losses: Losses::default(),
+        losses: Losses {
+            is_interrupted: cut.is_some(),
+            ..Losses::default()
+        },
         kind: EegKind::BrainVision,
         lines,
         parts,
@@ -184,57 +192,6 @@ fn missing(path: &Path, key: &str, file: &Path) -> ReadError {
     )
 }
 
-/// The samples of each channel, as stored.
-fn samples_of(header: &Header, stored: &[u8], points: usize) -> Vec<Vec<f64>> {
-    let width = header.format.width();
-    let channels = header.channels.len();
-    if header.multiplexed {
-        let mut all = vec![Vec::with_capacity(points); channels];
-        for frame in stored.chunks_exact(width * channels) {
-            for (own, bytes) in all.iter_mut().zip(frame.chunks_exact(width)) {
-                own.push(header.format.value(bytes, header.order));
-            }
-        }
-        all
-    } else {
-        let each = stored.chunks_exact(width * points);
-        each.map(|bytes| header.format.values(bytes, header.order))
-            .collect()
-    }
-}
-
-/// The number of samples of each channel in a data file of so many bytes.
-fn points_of(path: &Path, header: &Header, bytes: usize) -> Result<usize, ReadError> {
-    let frame = header.format.width() * header.channels.len();
-    let points = bytes / frame;
-    let todo = "copy the data file again, or correct the header";
-    if let Some(stated) = header.points.filter(|stated| *stated != points) {
-        return Err(ReadError::content(
-            &header.data,
-            format!(
-                "{stated} samples of each channel, as DataPoints of {} states",
-                path.display()
-            ),
-            format!("{points} in {bytes} bytes"),
-            todo,
-        ));
-    }
-    if !bytes.is_multiple_of(frame) || points == 0 {
-        return Err(ReadError::content(
-            &header.data,
-            format!(
-                "whole samples of {} channels, {frame} bytes each",
-                header.channels.len()
-            ),
-            format!(
-                "{bytes} bytes, which end within one: the file was cut short, or the header has the wrong number of channels"
-            ),
-            todo,
-        ));
-    }
-    Ok(points)
-}
-
 fn header_of(path: &Path, text: &str) -> Result<Header, ReadError> {
     let todo = "correct the header, or export the recording again";
     let wrong = |expected: String, found: String| ReadError::content(path, expected, found, todo);
@@ -251,6 +208,14 @@ fn header_of(path: &Path, text: &str) -> Result<Header, ReadError> {
         })
     };
     if let Some(format) = value(&infos, "DataFormat") {
+        if format.eq_ignore_ascii_case("ASCII") {
+            return Err(ReadError::content(
+                path,
+                "binary samples (DataFormat=BINARY)",
+                "samples as text (DataFormat=ASCII), which are not read",
+                "export the recording as binary (IEEE_FLOAT_32), or as EDF",
+            ));
+        }
         one_of("DataFormat", format, &["BINARY"])?;
     }
     if let Some(domain) = value(&infos, "DataType") {
@@ -412,7 +377,6 @@ fn channels_of(path: &Path, text: &str, count: usize) -> Result<Vec<Described>, 
 
 /// A marker of the `.vmrk` file.
 struct Marker {
-    number: String,
     kind: String,
     description: String,
     /// From 0.
@@ -427,51 +391,48 @@ impl Marker {
     }
 }
 
-fn markers_of(path: &Path, text: &str) -> Result<Vec<Marker>, ReadError> {
-    let mut markers = Vec::new();
+/// The markers of a file, and a warning about those that cannot be read.
+fn markers_of(text: &str) -> (Vec<Marker>, Option<Warning>) {
+    let (mut markers, mut unreadable) = (Vec::new(), Vec::new());
     for (key, entry) in section(text, "Marker Infos") {
-        let numbered = key.get(..2).is_some_and(|mk| mk.eq_ignore_ascii_case("mk"));
-        let fields: Vec<&str> = entry.split(',').collect();
-        let (&[kind, description, position, ..], true) = (fields.as_slice(), numbered) else {
-            return Err(ReadError::content(
-                path,
-                "markers such as `Mk1=Stimulus,S  1,487,1,0` in [Marker Infos]",
-                format!("`{}={}`", short(key), short(entry)),
-                "correct the line, or export the markers again",
-            ));
-        };
-        let sample = whole(position)
-            .and_then(|at| at.checked_sub(1))
-            .ok_or_else(|| {
-                ReadError::content(
-                    path,
-                    format!("a position in data points from 1 on for {key}"),
-                    format!("`{}`", short(position)),
-                    "correct the line, or export the markers again",
-                )
-            })?;
-        let size = fields.get(3).map_or(Some(0), |size| match size.trim() {
-            "" => Some(0),
-            size => whole(size),
-        });
-        let size = size.ok_or_else(|| {
-            ReadError::content(
-                path,
-                format!("a size in data points for {key}"),
-                format!("`{}`", short(fields.get(3).unwrap_or(&""))),
-                "correct the line, or export the markers again",
-            )
-        })?;
-        markers.push(Marker {
-            number: short(key),
-            kind: kind.replace("\\1", ","),
-            description: description.replace("\\1", ","),
-            sample,
-            size,
-            date: fields.get(5).and_then(|date| date_of(date)),
-        });
+        match marker_of(key, entry) {
+            Ok(marker) => markers.push(marker),
+            Err(expected) => unreadable.push(format!(
+                "`{}={}` has no {expected}",
+                short(key),
+                short(entry)
+            )),
+        }
     }
-    Ok(markers)
+    let warning = unreadable.first().map(|first| {
+        let what = format!(
+            "{} marker(s) cannot be read, and are left out: {first}",
+            unreadable.len()
+        );
+        Warning::from(RecordingWarning::Guessed { what })
+    });
+    (markers, warning)
+}
+
+/// A marker; else what is expected in its place.
+fn marker_of(key: &str, entry: &str) -> Result<Marker, &'static str> {
+    let numbered = key.get(..2).is_some_and(|mk| mk.eq_ignore_ascii_case("mk"));
+    let fields: Vec<&str> = entry.split(',').collect();
+    let (&[kind, description, position, ..], true) = (fields.as_slice(), numbered) else {
+        return Err("fields such as those of `Mk1=Stimulus,S  1,487,1,0`");
+    };
+    let sample = whole(position).and_then(|at| at.checked_sub(1));
+    let size = match fields.get(3).map_or("", |size| size.trim()) {
+        "" => Some(0),
+        size => whole(size),
+    };
+    Ok(Marker {
+        kind: kind.replace("\\1", ","),
+        description: description.replace("\\1", ","),
+        sample: sample.ok_or("position in data points from 1 on")?,
+        size: size.ok_or("size in data points")?,
+        date: fields.get(5).and_then(|date| date_of(date)),
+    })
 }
 
 /// The parts between the markers of new segments that are gaps, and the time of the first sample.

@@ -7,6 +7,7 @@
 
 mod beside;
 mod brainvision;
+mod brainvision_samples;
 mod brainvision_write;
 mod content;
 mod edf;
@@ -29,7 +30,7 @@ pub use beside::{
 };
 pub use brainvision_write::{EegMarker, markers_of, write_brainvision};
 pub use edf::write_edf;
-pub use xdf::{XdfFile, XdfStream, XdfValues, read_xdf};
+pub use xdf::{LostBefore, XdfFile, XdfStream, XdfValues, read_xdf};
 
 pub(crate) use brainvision::{looks_like_brainvision, looks_like_markers};
 pub(crate) use edf::{looks_like_bdf, looks_like_edf};
@@ -39,6 +40,7 @@ pub(crate) use xdf::{looks_like_xdf, recording_of_xdf};
 use crate::error::ReadError;
 use crate::input::open_input;
 use crate::matlab::looks_like_mat;
+use crate::open::no_part;
 
 /// The kind of an EEG file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -102,26 +104,42 @@ pub struct EegFile {
     pub stated_units: BTreeMap<String, String>,
 }
 
-impl EegFile {
-    /// The first segment as a recording, with a warning where there are others; `None` without a segment.
-    pub(crate) fn into_first(self) -> Option<Recording> {
-        let count = self.segments.len();
-        let lengths = self.segments.iter().map(|part| part.recording.duration().0);
-        let all_s: f64 = lengths.sum();
-        let mut first = self.segments.into_iter().next()?.recording;
-        if count > 1 {
-            let lasts_s = first.duration().0;
-            first
-                .about
-                .warnings
-                .push(Warning::from(RecordingWarning::OneSegment {
-                    count,
-                    lasts_s,
-                    all_s,
-                }));
-        }
-        Some(first)
+/// The part called `part`, from 1 on; without one the first, with a warning where there are others.
+fn one_of(
+    path: &Path,
+    segments: Vec<EegSegment>,
+    part: Option<usize>,
+) -> Result<Recording, ReadError> {
+    let count = segments.len();
+    let lengths = segments.iter().map(|part| part.recording.duration().0);
+    let all_s: f64 = lengths.sum();
+    let of_file = segments.first().map(|first| first.recording.about.clone());
+    let mut segments = segments.into_iter();
+    let number = part.unwrap_or(1);
+    let Some(found) = number.checked_sub(1).and_then(|at| segments.nth(at)) else {
+        return Err(no_part(path, number, count));
+    };
+    let mut recording = found.recording;
+    if let Some(of_file) = of_file.filter(|_| number > 1) {
+        recording.about.warnings.extend(of_file.warnings);
+        let losses = &mut recording.about.provenance.losses;
+        losses.is_interrupted = of_file.provenance.losses.is_interrupted;
     }
+    if count > 1 && part.is_none() {
+        let lasts_s = recording.duration().0;
+        let warning = RecordingWarning::OneSegment {
+            count,
+            lasts_s,
+            all_s,
+        };
+        recording.about.warnings.push(Warning::from(warning));
+    }
+    Ok(recording)
+}
+
+/// The part called `part` of the file at `path`, as [`one_of`].
+pub(crate) fn recording_of_eeg(path: &Path, part: Option<usize>) -> Result<Recording, ReadError> {
+    one_of(path, read_eeg(path)?.segments, part)
 }
 
 /// Reads an EEG file, known by its content: the `.vhdr` of a `BrainVision` recording, EDF, EDF+, BDF, BDF+, or the `.set` of EEGLAB

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use piezotact::Warning;
+use piezotact::integrity::holds_codes;
 use piezotact::quantity::{Seconds, Unit};
 use piezotact::recording::{BenchKind, Event, EventValue, Recording, RecordingWarning, Simulated};
 use piezotact::warning::Warnings;
@@ -118,7 +119,7 @@ impl SignalKind {
     pub fn of(name: &str, unit: &Unit) -> Self {
         let upper = name.to_ascii_uppercase();
         let has = |parts: &[&str]| parts.iter().any(|part| upper.contains(part));
-        if has(&["STATUS", "TRIG"]) || upper.starts_with("STI") {
+        if holds_codes(name) || upper.starts_with("STI") {
             return Self::Trigger;
         }
         // Inputs of amplifiers beside the electrodes: DC01, EXG1, AUX2, REF, DIG.

@@ -228,7 +228,20 @@ fn defects_of(recording: &Recording, channel: &Channel, clock: Clock) -> Defects
     defects
 }
 
-/// The warnings about all channels of `recording`, of each and of pairs. `limit_fraction` is the largest drive that can be played,
+/// Whether a channel of this name holds the codes of a trigger or the state of an amplifier, which are no signal: they rest and jump.
+///
+/// Source: names that BioSemi, EDF+, MNE-Python and EEGLAB give them (`Status`, `TRIG`, `Trigger`, `STI 014`).
+#[must_use]
+pub fn holds_codes(name: &str) -> bool {
+    let upper = name.to_ascii_uppercase();
+    let is_stim = upper.strip_prefix("STI").is_some_and(|rest| {
+        let rest = rest.strip_prefix('M').unwrap_or(rest).trim_start();
+        rest.bytes().all(|byte| byte.is_ascii_digit())
+    });
+    upper.contains("STATUS") || upper.contains("TRIG") || is_stim
+}
+
+/// The warnings about all channels of `recording` but those of codes, of each and of pairs. `limit_fraction` is the largest drive that can be played,
 /// of full scale.
 ///
 /// Source: [`inspect_samples`], [`copied`], [`transfer_warnings`].
@@ -237,6 +250,9 @@ pub fn warnings_of(recording: &Recording, limit_fraction: f64) -> Warnings {
     let mut warnings = Warnings::new();
     for (channel, clock) in recording.channels_with_clocks() {
         let name = &channel.name;
+        if holds_codes(name) {
+            continue;
+        }
         warnings.extend(defects_of(recording, channel, clock).warnings(name));
         if channel.unit == Unit::FullScale {
             warnings.extend(pair::beyond(&channel.samples, name, limit_fraction));

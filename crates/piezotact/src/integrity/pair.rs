@@ -14,7 +14,8 @@ use crate::warning::Warning;
 pub(super) fn copies_in(recording: &Recording, told: Option<[&str; 2]>) -> Vec<Warning> {
     let channels: Vec<_> = recording
         .channels_with_clocks()
-        .filter(|(c, _)| !super::commanded(&c.unit) && !never_changes(&c.samples))
+        .filter(|(c, _)| !super::commanded(&c.unit) && !super::holds_codes(&c.name))
+        .filter(|(c, _)| !never_changes(&c.samples))
         .collect();
     let sends = |unit: &Unit| matches!(unit, Unit::FullScale | Unit::Volt);
     let mut warnings = Vec::new();

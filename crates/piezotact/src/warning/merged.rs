@@ -219,9 +219,28 @@ fn kind_of(warning: &Warning) -> Kind<'_> {
             }
             Value::Null | Value::Bool(_) => false,
         };
-        (name.as_str(), (!differs).then(|| coarse(value)))
+        let is_guess = warning.code == "guessed" && name == "what";
+        let same = match value {
+            Value::String(text) if is_guess => Value::String(without_numbers(text)),
+            _ => coarse(value),
+        };
+        (name.as_str(), (!differs).then_some(same))
     });
     (&warning.code, fields.collect())
+}
+
+/// A sentence without its numbers, but for those in names in backticks.
+fn without_numbers(text: &str) -> String {
+    let mut is_name = false;
+    let mut left = String::with_capacity(text.len());
+    for sign in text.chars() {
+        is_name ^= sign == '`';
+        match sign {
+            '0'..='9' | '.' | '-' | '−' if !is_name => {}
+            _ => left.push(sign),
+        }
+    }
+    left
 }
 
 impl Merged {
@@ -260,7 +279,9 @@ impl Merged {
 
     fn numbers(&self) -> Option<String> {
         if self.ranges.is_empty() {
-            return None;
+            let is_uncounted = self.about.is_empty() && self.warning.code == "guessed";
+            return (is_uncounted && self.warning.seen > 1)
+                .then(|| format!("{} of this kind", self.warning.seen));
         }
         let ranges: Vec<String> = self.ranges.iter().map(ToString::to_string).collect();
         Some(format!(
@@ -401,6 +422,27 @@ mod tests {
             Warning::from(RenderWarning::PowerOutsideBand { share: 0.2, band }),
         ];
         assert_eq!(merged(&same).len(), 1);
+    }
+
+    /// 36 tables with repeated time stamps gave 21 sentences that differed in a number.
+    #[test]
+    fn guesses_that_differ_in_a_number_are_one() {
+        let guess = |what: String| Warning::from(RecordingWarning::Guessed { what });
+        let each: Vec<Warning> = (2..23)
+            .map(|k| guess(format!("{k} rows repeat (the first at {k}.5)")))
+            .collect();
+        let one = merged(&each);
+        assert_eq!((one.len(), one[0].warning.seen), (1, 21));
+        assert!(
+            one[0].to_string().ends_with("(21 of this kind)"),
+            "{}",
+            one[0]
+        );
+        let named = [
+            guess("`C1` is left out".into()),
+            guess("`C2` is left out".into()),
+        ];
+        assert_eq!(merged(&named).len(), 2);
     }
 
     /// Every file is counted, whatever else gives a warning of it: of 20 files with two warnings each, both are about all 20.

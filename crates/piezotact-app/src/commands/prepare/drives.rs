@@ -213,6 +213,7 @@ fn request(args: &Arguments, textures: &Textures) -> Render {
         reading: Reading {
             scale: None,
             rate: None,
+            part: None,
         },
         gain: None,
         device: None,

@@ -40,6 +40,8 @@ pub(super) struct Signal {
     pub(super) at: usize,
     /// Whether it holds annotations and no samples.
     pub(super) annotations: bool,
+    /// Why its codes have no scale; `None` where they have one.
+    pub(super) without_scale: Option<String>,
 }
 
 impl Signal {
@@ -73,6 +75,8 @@ pub(super) struct Header {
     pub(super) record_s: f64,
     /// Whether the recorder did not write how many records there are: it did not end properly.
     pub(super) stopped: bool,
+    /// Whether records that the header counts are missing.
+    pub(super) is_cut: bool,
     pub(super) signals: Vec<Signal>,
 }
 
@@ -176,11 +180,15 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<(Header, Vec<Warning>),
         false => Gaps::None,
     };
     let signals = signals(path, &mut fields, count, standard, width)?;
-    let with_samples = signals.iter().any(|signal| !signal.annotations);
-    if !with_samples {
+    let mut with_samples = signals.iter().filter(|signal| !signal.annotations);
+    if with_samples.clone().all(|one| one.without_scale.is_some()) {
+        let why = with_samples.next().and_then(|one| {
+            let why = one.without_scale.as_ref()?;
+            Some(format!("`{}`: {why}", one.label))
+        });
         return Err(wrong(
-            "a signal with samples".into(),
-            "annotations alone".into(),
+            "a signal with samples and a scale".into(),
+            why.unwrap_or_else(|| "annotations alone".into()),
         ));
     }
     if record_s <= 0.0 {
@@ -193,8 +201,23 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<(Header, Vec<Warning>),
     let record_bytes = signals.iter().map(|s| s.per_record * width).sum::<usize>();
     let stored = bytes.len() - length;
     let (records, stopped) = records_in(path, stated, stored, record_bytes)?;
+    let is_cut = usize::try_from(stated).is_ok_and(|stated| stated > records);
     let started_at = start_of(&date, &time, plus.then_some(recording.as_str()));
     let mut warnings = Vec::new();
+    let beside = stored - records * record_bytes;
+    if !stopped && (i64::try_from(records).ok() != Some(stated) || beside > 0) {
+        let mut what = format!(
+            "the header states {stated} records of {record_s} s, and the file holds {records}"
+        );
+        if is_cut {
+            let missing = stated - i64::try_from(records).unwrap_or(stated);
+            what += &format!(": {missing} ({} s) are missing", missing as f64 * record_s);
+        }
+        if beside > 0 {
+            what += &format!("; {beside} bytes of an incomplete record were left out");
+        }
+        warnings.push(Warning::from(RecordingWarning::Guessed { what }));
+    }
     if started_at.is_none() {
         let what = format!("the start time `{date} {time}` is no date and time, and is left out");
         warnings.push(Warning::from(RecordingWarning::Guessed { what }));
@@ -213,6 +236,7 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<(Header, Vec<Warning>),
         records,
         record_s,
         stopped,
+        is_cut,
         signals,
     };
     Ok((header, warnings))
@@ -222,8 +246,8 @@ fn wrong(path: &Path) -> impl Fn(String, String) -> ReadError {
     move |expected, found| ReadError::content(path, expected, found, WHAT_TO_DO)
 }
 
-/// The number of records of `record_bytes` in what is `stored` behind the header, as it is `stated` there or counted, and whether
-/// the recording was not finished.
+/// The number of whole records of `record_bytes` in what is `stored` behind the header, and whether the recorder did not write how many
+/// there are: the recording was not finished.
 fn records_in(
     path: &Path,
     stated: i64,
@@ -231,29 +255,20 @@ fn records_in(
     record_bytes: usize,
 ) -> Result<(usize, bool), ReadError> {
     let wrong = wrong(path);
-    let (records, stopped) = match usize::try_from(stated) {
-        Ok(records) => {
-            let needed = records.checked_mul(record_bytes);
-            if needed != Some(stored) {
-                return Err(wrong(
-                    format!("{records} records of {record_bytes} bytes behind the header"),
-                    format!("{stored} bytes"),
-                ));
-            }
-            (records, false)
-        }
-        Err(_negative) if stated == -1 => (stored / record_bytes, true),
-        Err(_negative) => {
-            return Err(wrong(
-                "a number of records, or -1 for an unfinished recording".into(),
-                format!("{stated}"),
-            ));
-        }
-    };
-    if records == 0 {
-        return Err(wrong("at least one record".into(), "none".into()));
+    if stated < -1 {
+        return Err(wrong(
+            "a number of records, or -1 for an unfinished recording".into(),
+            format!("{stated}"),
+        ));
     }
-    Ok((records, stopped))
+    let records = stored / record_bytes;
+    if records == 0 {
+        return Err(wrong(
+            format!("at least one record of {record_bytes} bytes behind the header"),
+            format!("{stored} bytes"),
+        ));
+    }
+    Ok((records, stated == -1))
 }
 
 /// The largest number of samples of a signal in one record, which its field of eight digits holds.
@@ -316,37 +331,43 @@ fn signals(
                 })?,
             label,
             at,
+            without_scale: None,
         };
         at += signal.per_record * width;
-        check_ranges(path, &signal)?;
-        signals.push(signal);
+        let without_scale = without_scale(&signal);
+        signals.push(Signal {
+            without_scale,
+            ..signal
+        });
     }
     Ok(signals)
 }
 
-fn check_ranges(path: &Path, signal: &Signal) -> Result<(), ReadError> {
-    let range = |what: &str, found: (f64, f64)| {
-        ReadError::content(
-            path,
-            format!(
-                "a {what} maximum of `{}` other than its minimum",
-                signal.label
-            ),
-            format!("{} and {}", found.0, found.1),
-            "correct the header, or leave that signal out when exporting: its samples have no scale",
-        )
-    };
+/// Why the codes of a signal have no scale.
+fn without_scale(signal: &Signal) -> Option<String> {
     if signal.annotations {
-        return Ok(());
+        return None;
     }
+    let (smallest, largest) = signal.digital;
     let (lowest, highest) = signal.physical;
-    if signal.digital.0 >= signal.digital.1 {
-        return Err(range("digital", signal.digital));
+    if smallest > largest {
+        return Some(format!(
+            "its digital minimum, {smallest}, is above its maximum, {largest}"
+        ));
     }
-    if lowest.total_cmp(&highest).is_eq() || signal.scale().0 == 0.0 {
-        return Err(range("physical", signal.physical));
+    let is_one = |(from, to): (f64, f64)| from.total_cmp(&to).is_eq();
+    match (
+        is_one(signal.digital),
+        is_one((lowest, highest)) || signal.scale().0 == 0.0,
+    ) {
+        (true, _) => Some(format!(
+            "its digital minimum and maximum are both {smallest}"
+        )),
+        (_, true) => Some(format!(
+            "its physical minimum, {lowest}, and maximum, {highest}, give no scale"
+        )),
+        _ => None,
     }
-    Ok(())
 }
 
 /// The start of a recording: the full year of EDF+ where it is stated, otherwise that of a field of two digits from 1985 on.

@@ -49,7 +49,8 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
         .chunks_exact(header.record_bytes)
         .take(header.records)
         .collect();
-    let (onsets, annotations) = annotations_of(path, &header, &records)?;
+    let (onsets, annotations, unreadable) = annotations_of(&header, &records);
+    warnings.extend(unreadable);
     let zero_s = onsets.first().map_or(0.0, |onset| onset.onset_s);
     let (parts, jump) = parts_in(path, &header, &onsets)?;
     warnings.extend(jump);
@@ -65,7 +66,9 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
     let mut lines = Vec::new();
     let mut fastest = 0;
     for signal in header.signals.iter().filter(|signal| !signal.annotations) {
-        fastest = fastest.max(signal.per_record);
+        if signal.without_scale.is_none() {
+            fastest = fastest.max(signal.per_record);
+        }
     }
     for signal in header.signals.iter().filter(|signal| !signal.annotations) {
         let codes = || {
@@ -74,8 +77,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
                 .flat_map(|record| codes_of(signal, header.width, record))
         };
         if trigger::is_trigger(&signal.label) {
-            let (found, warning) = trigger::events(&signal.label, codes());
-            warnings.extend(warning);
+            let found = trigger::events(&signal.label, codes());
             // Places are counted on the fastest channel.
             let ratio = fastest as f64 / signal.per_record as f64;
             events.extend(found.into_iter().map(|event| Marked {
@@ -85,6 +87,11 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
                 },
                 ..event
             }));
+        }
+        if let Some(why) = &signal.without_scale {
+            let what = format!("`{}` is left out: {why}", signal.label);
+            warnings.push(Warning::from(RecordingWarning::Guessed { what }));
+            continue;
         }
         let (unit, factor) = eeg_unit(&signal.dimension);
         let (gain, offset) = signal.scale();
@@ -122,7 +129,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
         warnings.push(Warning::from(RecordingWarning::Interrupted { read_s }));
     }
     let losses = Losses {
-        is_interrupted: header.stopped,
+        is_interrupted: header.stopped || header.is_cut,
         ..Losses::default()
     };
     Content {
@@ -189,31 +196,25 @@ fn codes_of<'r>(signal: &Signal, width: usize, record: &'r [u8]) -> impl Iterato
         })
 }
 
-/// The onset of each record, and all annotations, in the order of the file.
+/// The onset of each record, and all annotations, in the order of the file; a warning about those that cannot be read.
 fn annotations_of(
-    path: &Path,
     header: &Header,
     records: &[&[u8]],
-) -> Result<(Vec<Onset>, Vec<Annotation>), ReadError> {
+) -> (Vec<Onset>, Vec<Annotation>, Option<Warning>) {
     let channels: Vec<&Signal> = header.signals.iter().filter(|s| s.annotations).collect();
     let (mut onsets, mut annotations) = (Vec::new(), Vec::new());
+    let mut unreadable = 0;
+    let mut first = None;
     if header.standard == Standard::Original {
-        return Ok((onsets, annotations));
+        return (onsets, annotations, None);
     }
     for (number, record) in records.iter().enumerate() {
         for (k, channel) in channels.iter().enumerate() {
             let own = record.get(channel.at..channel.at + channel.per_record * header.width);
-            let found = tal::parse(own.unwrap_or_default()).map_err(|found| {
-                ReadError::content(
-                    path,
-                    format!(
-                        "annotations such as `+1.5\u{14}text\u{14}` in record {}",
-                        number + 1
-                    ),
-                    found,
-                    "copy the file again, or export it without annotations",
-                )
-            })?;
+            let found = tal::parse(own.unwrap_or_default());
+            unreadable += found.unreadable.len();
+            let why = found.unreadable.into_iter().next();
+            first = first.or(why.map(|why| format!("{why} in record {}", number + 1)));
             // The first annotation of the first annotation channel is the onset of the record.
             if k == 0
                 && let Some(onset) = found.first_onset
@@ -226,7 +227,13 @@ fn annotations_of(
             annotations.extend(found.annotations);
         }
     }
-    Ok((onsets, annotations))
+    let warning = first.map(|first| {
+        let what = format!(
+            "{unreadable} annotation(s) cannot be read, and are left out: the first has {first} where a number such as `+1.5` is expected"
+        );
+        Warning::from(RecordingWarning::Guessed { what })
+    });
+    (onsets, annotations, warning)
 }
 
 /// Whether the onsets of records of a continuous file are off by more than they are rounded.

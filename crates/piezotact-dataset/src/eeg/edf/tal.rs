@@ -26,22 +26,17 @@ pub(super) struct Found {
     /// The onset of the first list.
     pub(super) first_onset: Option<f64>,
     pub(super) annotations: Vec<Annotation>,
+    /// What was found where an onset or a duration is expected, of each list that cannot be read.
+    pub(super) unreadable: Vec<String>,
 }
 
 /// Reads the annotation lists in `bytes`.
-///
-/// # Errors
-/// What was found where an onset or a duration is expected.
-pub(super) fn parse(bytes: &[u8]) -> Result<Found, String> {
+pub(super) fn parse(bytes: &[u8]) -> Found {
     let mut found = Found::default();
-    for list in bytes
-        .split(|byte| *byte == 0)
-        .filter(|list| !list.is_empty())
-    {
-        // Some programs fill up with spaces.
-        if list.iter().all(|byte| *byte == b' ') {
-            continue;
-        }
+    let lists = bytes.split(|byte| *byte == 0);
+    // Some programs fill up with spaces.
+    let lists = lists.filter(|list| list.iter().any(|byte| *byte != b' '));
+    for (number, list) in lists.enumerate() {
         let mut fields = list.split(|byte| *byte == END);
         let time = fields.next().unwrap_or_default();
         let (onset, duration) = match time.iter().position(|byte| *byte == DURATION) {
@@ -49,16 +44,25 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Found, String> {
             None => (time, None),
         };
         let signed = matches!(onset.first(), Some(b'+' | b'-'));
-        let onset_s = number(onset)
-            .filter(|_| signed)
-            .ok_or_else(|| format!("`{}` as an onset", short(onset)))?;
-        let duration_s = match duration {
-            None | Some([]) => 0.0,
-            Some(text) => number(text)
-                .filter(|s| *s >= 0.0)
-                .ok_or_else(|| format!("`{}` as a duration", short(text)))?,
+        let Some(onset_s) = number_in(onset).filter(|_| signed) else {
+            let what = format!("`{}` as an onset", short(onset));
+            found.unreadable.push(what);
+            continue;
         };
-        found.first_onset.get_or_insert(onset_s);
+        if number == 0 {
+            found.first_onset = Some(onset_s);
+        }
+        let duration_s = match duration {
+            None | Some([]) => Some(0.0),
+            Some(text) => number_in(text).filter(|s| *s >= 0.0),
+        };
+        let Some(duration_s) = duration_s else {
+            let text = duration.unwrap_or_default();
+            found
+                .unreadable
+                .push(format!("`{}` as a duration", short(text)));
+            continue;
+        };
         let texts = fields.filter(|text| !text.is_empty());
         found.annotations.extend(texts.map(|text| Annotation {
             onset_s,
@@ -66,10 +70,10 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Found, String> {
             text: super::super::ini::text_of(text),
         }));
     }
-    Ok(found)
+    found
 }
 
-fn number(text: &[u8]) -> Option<f64> {
+fn number_in(text: &[u8]) -> Option<f64> {
     let text = std::str::from_utf8(text).ok()?.trim();
     let plain = text
         .bytes()
@@ -89,8 +93,7 @@ mod tests {
 
     #[test]
     fn lists_hold_one_onset_and_several_texts() {
-        let found =
-            parse(b"+10.25\x14\x14\0+11\x150.5\x14a\x14\xC2\xB5\x14\0-1.5\x14b\x14\0\0\0").unwrap();
+        let found = parse(b"+10.25\x14\x14\0+11\x150.5\x14a\x14\xC2\xB5\x14\0-1.5\x14b\x14\0\0\0");
         assert_eq!(found.first_onset, Some(10.25));
         let annotation = |onset_s, duration_s, text: &str| Annotation {
             onset_s,
@@ -103,13 +106,18 @@ mod tests {
             annotation(-1.5, 0.0, "b"),
         ];
         assert_eq!(found.annotations, expected);
-        assert_eq!(parse(b"\0\0").unwrap(), Found::default());
+        assert_eq!(parse(b"\0\0"), Found::default());
         for (bytes, part) in [
             (&b"10\x14a\x14\0"[..], "`10` as an onset"),
             (b"+x\x14a\x14\0", "`+x` as an onset"),
+            (b"+6,5\x14a\x14\0", "`+6,5` as an onset"),
             (b"+1\x15-2\x14a\x14\0", "`-2` as a duration"),
         ] {
-            assert_eq!(parse(bytes).unwrap_err(), part);
+            let found = parse(&[bytes, b"+7\x14b\x14\0"].concat());
+            assert_eq!(found.unreadable, [part]);
+            // The others are read; the onset of a record stands in its first list alone.
+            assert_eq!(found.annotations, [annotation(7.0, 0.0, "b")]);
+            assert_eq!(found.first_onset, part.ends_with("duration").then_some(1.0));
         }
     }
 }

@@ -30,6 +30,8 @@ const MOST_CHANNELS: usize = 1 << 17;
 pub(super) struct Header {
     pub(super) name: String,
     pub(super) kind: String,
+    /// The computer whose clock its time stamps are of; empty where it is not stated.
+    pub(super) host: String,
     pub(super) rate_hz: f64,
     pub(super) spacing: Spacing,
     /// The type of its numbers; `None` for texts.
@@ -277,6 +279,7 @@ fn header(path: &Path, body: &[u8], most_channels: usize) -> Result<Stored, Read
     let header = Header {
         name: text_at(info, &["name"]).unwrap_or_default().to_owned(),
         kind: text_at(info, &["type"]).unwrap_or_default().to_owned(),
+        host: text_at(info, &["hostname"]).unwrap_or_default().to_owned(),
         rate_hz,
         spacing: match drops.is_some_and(|text| text.eq_ignore_ascii_case("true")) {
             true => Spacing::WithLosses,

@@ -1,6 +1,9 @@
-//! Times of one device on the clock of another, and times without jitter: the algorithms of pyxdf 1.17.5 with its defaults.
+//! Times of one device on the clock of another, and times without jitter: the algorithms of pyxdf 1.17.5 with its defaults, but for
+//! samples that were lost and clock offsets that are wrong, over which pyxdf fits.
 
 use std::ops::Range;
+
+use super::losses::{self, LostBefore};
 
 /// Above this, s, an offset counts as an outlier.
 const WINSOR_S: f64 = 1e-4;
@@ -86,24 +89,44 @@ pub(super) fn last_is_outlier(offsets: &[(f64, f64)]) -> bool {
     late > OUTLIER || away > OUTLIER
 }
 
+/// What is wrong with the clock offsets of a stream.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Offsets {
+    /// They are of one time, and were not used.
+    OfOneTime,
+    /// So many of them are up to so far, s, from the line through the others, which was used.
+    Wrong { count: usize, of: usize, by_s: f64 },
+    /// They are up to so far, s, from the line through all of them: too few to say which is wrong.
+    Apart { by_s: f64 },
+}
+
 /// Brings `time_s` to the clock of the recording computer, with the offsets measured while it ran. Returns the parts between resets of
-/// the device's clock, and whether offsets could not be used.
-pub(super) fn synchronise(time_s: &mut [f64], offsets: &[(f64, f64)]) -> (Vec<Range<usize>>, bool) {
+/// the device's clock, and what is wrong with the offsets.
+pub(super) fn synchronise(
+    time_s: &mut [f64],
+    offsets: &[(f64, f64)],
+) -> (Vec<Range<usize>>, Option<Offsets>) {
     if time_s.is_empty() || offsets.is_empty() {
-        return (Vec::new(), false);
+        return (Vec::new(), None);
     }
     let parts = resets(offsets);
-    let mut failed = false;
+    let mut wrong = None;
     let maps: Vec<(f64, f64)> = parts
         .iter()
         .map(|part| {
             let own = &offsets[part.clone()];
             match own {
                 [(_, only)] => (*only, 0.0),
-                _ => robust_line(own).unwrap_or_else(|| {
-                    failed = true;
-                    (0.0, 0.0)
-                }),
+                _ => match checked_line(own) {
+                    Some((line, found)) => {
+                        wrong = wrong.or(found);
+                        line
+                    }
+                    None => {
+                        wrong = wrong.or(Some(Offsets::OfOneTime));
+                        (0.0, 0.0)
+                    }
+                },
             }
         })
         .collect();
@@ -130,7 +153,54 @@ pub(super) fn synchronise(time_s: &mut [f64], offsets: &[(f64, f64)]) -> (Vec<Ra
         }
         from = end;
     }
-    (segments, failed)
+    (segments, wrong)
+}
+
+/// An offset is wrong where it is further than this, s, from the line of the others, and than so many of their median deviations.
+const WRONG: (f64, f64) = (1e-3, 10.0);
+/// Offsets that are closer to their line than this, s, need no warning.
+const APART_S: f64 = 10e-3;
+/// From so many offsets on, the others say which one is wrong; the slopes of pairs of so many at most are compared.
+const COMPARED: (usize, usize) = (5, 500);
+
+/// The line of [`robust_line`]; where offsets that are wrong have bent it, that of the others.
+fn checked_line(offsets: &[(f64, f64)]) -> Option<((f64, f64), Option<Offsets>)> {
+    let line = robust_line(offsets)?;
+    let away = |(constant, slope): (f64, f64)| {
+        move |(t, v): &(f64, f64)| (v - (constant + slope * t)).abs()
+    };
+    let largest = |line, of: &[(f64, f64)]| of.iter().map(away(line)).fold(0.0, f64::max);
+    if offsets.len() < COMPARED.0 {
+        let by_s = largest(line, offsets);
+        return Some((line, (by_s > APART_S).then_some(Offsets::Apart { by_s })));
+    }
+    let some: Vec<(f64, f64)> = offsets
+        .iter()
+        .step_by(offsets.len().div_ceil(COMPARED.1))
+        .copied()
+        .collect();
+    // Theil and Sen: the median of the slopes of all pairs.
+    let first_s = offsets[0].0;
+    let pairs = some.iter().enumerate().flat_map(|(k, a)| {
+        let slope = |b: &(f64, f64)| (b.1 - a.1) / (b.0 - a.0);
+        some[k + 1..].iter().map(slope).collect::<Vec<_>>()
+    });
+    let slope = median(pairs.filter(|slope| slope.is_finite()));
+    let constant = median(some.iter().map(|(t, v)| v - slope * (t - first_s))) - slope * first_s;
+    let of_most = (constant, slope);
+    let spread = median(offsets.iter().map(away(of_most)));
+    let limit = WRONG.0.max(WRONG.1 * spread);
+    let (right, wrong): (Vec<_>, Vec<_>) =
+        (offsets.iter().copied()).partition(|one| away(of_most)(one) <= limit);
+    if wrong.is_empty() || largest(line, &right) <= limit {
+        return Some((line, None));
+    }
+    let found = Offsets::Wrong {
+        count: wrong.len(),
+        of: offsets.len(),
+        by_s: largest(of_most, &wrong),
+    };
+    Some((robust_line(&right)?, Some(found)))
 }
 
 /// The ranges of offsets between resets of the clock.
@@ -193,54 +263,78 @@ fn robust_line(offsets: &[(f64, f64)]) -> Option<(f64, f64)> {
     (at_zero.is_finite() && slope.is_finite()).then_some((at_zero * WINSOR_S, slope))
 }
 
-/// Frees the times of a stream of a constant rate from jitter: within each part without a gap they lie on the line of least squares.
-/// Returns the parts, and the rate of the times in Hz.
-pub(super) fn without_jitter(
-    time_s: &mut [f64],
-    nominal_hz: f64,
-    spacing: Spacing,
-) -> (Vec<Range<usize>>, Option<f64>) {
+/// The times of a stream, as they were brought to a constant rate.
+#[derive(Debug, Default)]
+pub(super) struct Even {
+    /// The parts without a long gap.
+    pub(super) segments: Vec<Range<usize>>,
+    /// Samples missing within them.
+    pub(super) lost: Vec<LostBefore>,
+    /// The rate in Hz.
+    pub(super) rate_hz: Option<f64>,
+    /// How far the time stamps of a second leave the constant rate, s; at most.
+    pub(super) residual_s: f64,
+}
+
+/// Frees the times of a stream of a constant rate from jitter: within each part without a long gap they lie on the line of least squares,
+/// with whole steps left out where samples are missing.
+pub(super) fn without_jitter(time_s: &mut [f64], nominal_hz: f64, spacing: Spacing) -> Even {
+    let mut even = Even::default();
     let count = time_s.len();
     if count == 0 {
-        return (Vec::new(), None);
+        return even;
     }
-    let whole = std::iter::once(0..count).collect();
     if nominal_hz == 0.0 {
-        return (whole, None);
-    }
-    if spacing == Spacing::WithLosses {
-        let lasts_s = time_s[count - 1] - time_s[0];
-        return (whole, (lasts_s > 0.0).then(|| (count - 1) as f64 / lasts_s));
+        even.segments.push(0..count);
+        return even;
     }
     let gap_s = GAP_S.max(GAP_SAMPLES / nominal_hz);
     let breaks: Vec<bool> = steps(time_s.iter().copied())
         .iter()
         .map(|step| step.abs() > gap_s)
         .collect();
-    let parts = ranges(&breaks);
+    even.segments = ranges(&breaks);
     let (mut intervals, mut lasts_s) = (0.0, 0.0);
-    for part in &parts {
+    for part in &even.segments {
         let own = &mut time_s[part.clone()];
-        let (start, step) = line(own);
-        for (k, time) in own.iter_mut().enumerate() {
-            *time = start + step * k as f64;
+        let lost = losses::lost(own);
+        let places: Vec<f64> = losses::places(own.len(), &lost).map(|k| k as f64).collect();
+        let (start, step) = line(&places, own);
+        let residuals: Vec<f64> = (own.iter().zip(&places))
+            .map(|(time, k)| time - (start + step * k))
+            .collect();
+        // Jitter of single stamps is freed; what a second has in common stays.
+        let second = (nominal_hz.min(1e6) as usize).max(10);
+        for one in residuals.chunks_exact(second) {
+            even.residual_s = even.residual_s.max(median(one.iter().copied()).abs());
         }
-        intervals += (own.len() - 1) as f64;
-        lasts_s += step * (own.len() - 1) as f64;
+        if spacing == Spacing::Even {
+            for (time, k) in own.iter_mut().zip(&places) {
+                *time = start + step * k;
+            }
+        }
+        let last = places.last().copied().unwrap_or(0.0);
+        intervals += last;
+        lasts_s += step * last;
+        even.lost.extend(lost.into_iter().map(|lost| LostBefore {
+            at: lost.at + part.start,
+            ..lost
+        }));
     }
-    (parts, (lasts_s > 0.0).then(|| intervals / lasts_s))
+    even.rate_hz = (lasts_s > 0.0).then(|| intervals / lasts_s);
+    even
 }
 
-/// The value at index 0 and the slope of the line of least squares.
-fn line(values: &[f64]) -> (f64, f64) {
+/// The value at place 0 and the slope of the line of least squares through values at `places`.
+fn line(places: &[f64], values: &[f64]) -> (f64, f64) {
     let count = values.len() as f64;
-    let middle = (count - 1.0) / 2.0;
+    let middle = places.iter().sum::<f64>() / count;
     // Counted from the first one, so that large times lose no digits.
     let first = values.first().copied().unwrap_or(0.0);
     let mean = values.iter().map(|value| value - first).sum::<f64>() / count;
     let (mut both, mut squares) = (0.0, 0.0);
-    for (k, value) in values.iter().enumerate() {
-        let away = k as f64 - middle;
+    for (place, value) in places.iter().zip(values) {
+        let away = place - middle;
         both += away * (value - first - mean);
         squares += away * away;
     }
@@ -266,12 +360,43 @@ mod tests {
         assert_eq!(robust_line(&[(1.0, 2.0), (1.0, 2.0)]), None);
     }
 
+    /// pyxdf 1.17.5 has 17 to 50 ms for the first of these.
+    #[test]
+    fn a_wrong_offset_moves_no_time() {
+        for (at, by_s) in [(11, 0.5), (11, 3000.0), (0, -0.5), (5, 0.5)] {
+            let mut offsets: Vec<(f64, f64)> = (0..12)
+                .map(|k| (700.0 + 5.0 * f64::from(k), 300.0 + 2e-5 * f64::from(k % 3)))
+                .collect();
+            offsets[at].1 += by_s;
+            let mut times = [702.0, 754.0];
+            let (_, found) = synchronise(&mut times, &offsets);
+            // The offsets scatter by 40 µs.
+            assert!(
+                (times[0] - 1002.0).abs() < 1e-4 && (times[1] - 1054.0).abs() < 1e-4,
+                "{by_s}: {times:?}"
+            );
+            if (at, by_s) != (5, 0.5) {
+                assert!(
+                    matches!(
+                        found,
+                        Some(Offsets::Wrong {
+                            count: 1,
+                            of: 12,
+                            ..
+                        })
+                    ),
+                    "{found:?}"
+                );
+            }
+        }
+    }
+
     #[test]
     fn gaps_divide_a_stream() {
         let mut times: Vec<f64> = (0..100).map(|k| f64::from(k) * 0.01).collect();
         times.extend((0..50).map(|k| 11.0 + f64::from(k) * 0.01));
-        let (parts, rate) = without_jitter(&mut times, 100.0, Spacing::Even);
-        assert_eq!(parts, [0..100, 100..150]);
-        assert!((rate.unwrap() - 100.0).abs() < 1e-9);
+        let even = without_jitter(&mut times, 100.0, Spacing::Even);
+        assert_eq!(even.segments, [0..100, 100..150]);
+        assert!((even.rate_hz.unwrap() - 100.0).abs() < 1e-9);
     }
 }
