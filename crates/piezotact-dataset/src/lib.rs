@@ -5,10 +5,12 @@
 //! silently: the physical scale of a WAV file comes from its [`sidecar`] or from the person.
 
 pub mod atomic;
+mod columns;
 mod commas;
 mod contact_map;
 mod csv_table;
 mod cuts_file;
+mod date_time;
 mod device_file;
 pub mod document;
 #[cfg(feature = "eeg")]
@@ -32,6 +34,8 @@ mod recording_file;
 mod sample_set;
 pub mod sidecar;
 mod stored;
+mod text;
+mod time_column;
 mod transfer_file;
 mod transfer_json;
 pub mod uff;

@@ -14,5 +14,6 @@ mod shared_data;
 mod sidecar;
 mod stored_functions;
 mod support;
+mod tables;
 mod uff;
 mod uff_clocks;
