@@ -26,6 +26,7 @@ pub(crate) use score::{Feeling, Score};
 pub(crate) use twin::DirectionName;
 
 use crate::deliver::Outputs;
+use crate::reading::Scale;
 
 /// The open instrument for the sense of touch: measures the vibrations of a sliding finger, renders them on a
 /// vibrotactile device, and verifies how close the rendered vibrations are to the measured ones.
@@ -223,9 +224,9 @@ pub(crate) struct Demo {
 #[derive(Debug, Args)]
 pub(crate) struct Reading {
     /// What the number 1 in the file means, such as "200 m/s2": for a WAV file (1 = full scale) without a sidecar
-    /// FILE.json, or for table columns without units.
-    #[arg(long, value_name = "VALUE UNIT")]
-    pub(crate) scale: Option<Measure>,
+    /// FILE.json, or for table columns without units that can be in it; "fz=N" or "fz=2 N" of one channel, as often as needed.
+    #[arg(long, value_name = "[CHANNEL=]VALUE UNIT")]
+    pub(crate) scale: Vec<Scale>,
     /// The sampling rate, in Hz, of a table without a time column, or the rate at which a haptic file is played (default: the
     /// rate of the HJIF curves, otherwise 8000).
     #[arg(long, value_name = "HZ")]
@@ -236,7 +237,7 @@ pub(crate) struct Reading {
 }
 
 /// A whole sidecar, and the kinds of file that `info` explains.
-const SIDECAR: &str = r#"A sidecar NAME.wav.json, NAME.npy.json or NAME.npz.json states what the file beside it cannot.
+const SIDECAR: &str = r#"A sidecar such as NAME.wav.json, NAME.csv.json or NAME.npz.json states what the file beside it cannot.
 Every entry is optional:
   {
     "full_scale": {"value": 200, "unit": "m/s2"},

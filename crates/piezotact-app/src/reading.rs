@@ -1,6 +1,8 @@
 //! Recordings, drives and textures as the commands read them.
 
+use std::collections::BTreeMap;
 use std::path::Path;
+use std::str::FromStr;
 
 use anyhow::anyhow;
 use piezotact::Warning;
@@ -61,9 +63,71 @@ pub(crate) fn read_uninspected(path: &Path, reading: &Reading) -> Outcome<Conten
     Ok(read_recording(path, &options_of(reading)?)?)
 }
 
+/// What a person states of the scale of a file.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Scale {
+    /// What 1 stands for in all channels without a unit.
+    All(Measure),
+    /// The unit of a channel, or what 1 in it stands for.
+    Of { channel: String, unit: String },
+}
+
+impl FromStr for Scale {
+    type Err = QuantityError;
+
+    fn from_str(text: &str) -> Result<Self, QuantityError> {
+        let Some((channel, unit)) = text.rsplit_once('=') else {
+            return text.parse().map(Self::All);
+        };
+        let (channel, unit) = (channel.trim(), unit.trim());
+        let is_known = !matches!(Unit::parse(unit).0, Unit::Other(_));
+        if channel.is_empty() || !(is_known || unit.parse::<Measure>().is_ok()) {
+            return Err(QuantityError::Measure { found: text.into() });
+        }
+        Ok(Self::Of {
+            channel: channel.into(),
+            unit: unit.into(),
+        })
+    }
+}
+
+impl Reading {
+    /// What 1 stands for in all channels without a unit.
+    pub(crate) fn scale(&self) -> Option<&Measure> {
+        let mut all = self.scale.iter().rev();
+        all.find_map(|scale| match scale {
+            Scale::All(measure) => Some(measure),
+            Scale::Of { .. } => None,
+        })
+    }
+
+    /// The same with another scale of all channels.
+    pub(crate) fn with_scale(&self, scale: Option<Measure>) -> Self {
+        let each = self
+            .scale
+            .iter()
+            .filter(|scale| !matches!(scale, Scale::All(_)));
+        Self {
+            scale: each.cloned().chain(scale.map(Scale::All)).collect(),
+            rate: self.rate,
+            part: self.part,
+        }
+    }
+
+    /// The units of single channels.
+    fn units(&self) -> BTreeMap<String, String> {
+        let each = self.scale.iter().filter_map(|scale| match scale {
+            Scale::All(_) => None,
+            Scale::Of { channel, unit } => Some((channel.clone(), unit.clone())),
+        });
+        each.collect()
+    }
+}
+
 fn options_of(reading: &Reading) -> Outcome<ReadOptions> {
     Ok(ReadOptions {
-        scale: reading.scale.clone(),
+        scale: reading.scale().cloned(),
+        units: reading.units(),
         rate: rate_option(reading.rate)?,
         part: reading.part,
         ..ReadOptions::default()

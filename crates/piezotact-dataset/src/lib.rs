@@ -6,10 +6,12 @@
 
 pub mod atomic;
 mod catman;
+mod columns;
 mod commas;
 mod contact_map;
 mod csv_table;
 mod cuts_file;
+mod date_time;
 mod device_file;
 pub mod document;
 #[cfg(feature = "eeg")]
@@ -34,6 +36,8 @@ mod sample_set;
 pub mod sidecar;
 mod stored;
 pub mod tdms;
+mod text;
+mod time_column;
 mod transfer_file;
 mod transfer_json;
 pub mod uff;

@@ -7,11 +7,13 @@ use std::path::Path;
 
 use piezotact::Warning;
 use piezotact::quantity::{SampleRate, Seconds};
-use piezotact::recording::{Clock, Recording, StartTime};
+use piezotact::recording::{Recording, StartTime};
 
-use crate::csv_table::{Column, WithoutUnit, choose_rate, rate_of, recording_of_clocks};
+use crate::columns::{Column, WithoutUnit, recording_of_bases};
 use crate::error::ReadError;
 use crate::open::ReadOptions;
+use crate::text::text_of;
+use crate::time_column::{TimeBase, base_of, choose_base};
 
 const MAGIC: &str = "LabVIEW Measurement";
 const END: &str = "***End_of_Header***";
@@ -19,10 +21,7 @@ const END: &str = "***End_of_Header***";
 /// Whether `bytes` begin as a LabVIEW measurement file does.
 #[must_use]
 pub fn looks_like_lvm(bytes: &[u8]) -> bool {
-    bytes
-        .strip_prefix(b"\xEF\xBB\xBF")
-        .unwrap_or(bytes)
-        .starts_with(MAGIC.as_bytes())
+    text_of(&bytes[..bytes.len().min(64)]).starts_with(MAGIC)
 }
 
 /// What a column of a segment is.
@@ -62,10 +61,7 @@ struct Segment {
 /// [`ReadError::Content`] when a header, a row or a rate is missing, a cell is no number, channels differ in length or
 /// rate, or segments do not follow each other; [`ReadError::Invalid`] when the rate is impossible.
 pub fn parse_lvm(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Recording, ReadError> {
-    let text = match std::str::from_utf8(bytes) {
-        Ok(text) => text.trim_start_matches('\u{feff}').to_owned(),
-        Err(_) => bytes.iter().map(|b| char::from(*b)).collect(),
-    };
+    let text = text_of(bytes);
     let mut reader = Reader {
         path,
         lines: text.lines().enumerate().peekable(),
@@ -469,28 +465,29 @@ fn assemble(
         }));
     }
     let mut of_rate = Vec::new();
-    let mut columns = Vec::new();
+    let (mut columns, mut bases) = (Vec::new(), Vec::new());
     let first_clock = groups[0].began.clone();
     for group in groups {
         let start_s = group.start_s(first_clock.as_ref());
         let found = match (&group.time, group.step) {
-            (Some(time), _) if time.values.len() > 1 => Some(rate_of(path, time, &mut of_rate)),
+            (Some(time), _) if time.values.len() > 1 => Some(base_of(path, time, &mut of_rate)),
             (_, Some((step, written))) if step > 0.0 => {
                 of_rate.extend(coarse(step, &written));
-                Some(SampleRate::new(1.0 / step).map_err(ReadError::of(path)))
+                let rate = SampleRate::new(1.0 / step);
+                Some(rate.map(TimeBase::even).map_err(ReadError::of(path)))
             }
             _ => None,
         };
-        let clock = Clock {
-            rate_hz: choose_rate(path, options.rate, found, &mut of_rate)?,
-            start_s: Seconds(start_s),
-        };
-        columns.extend(group.columns.into_iter().map(|column| (column, clock)));
+        let base = choose_base(path, options.rate, found, &mut of_rate)?;
+        let number = bases.len();
+        bases.push((base, Seconds(start_s)));
+        columns.extend(group.columns.into_iter().map(|column| (column, number)));
     }
     of_rate.append(&mut warnings);
-    let mut recording = recording_of_clocks(
+    let mut recording = recording_of_bases(
         path,
         columns,
+        &bases,
         of_rate,
         options,
         WithoutUnit::OnlyScale { counts: &[] },
@@ -660,14 +657,12 @@ impl Field {
     }
 }
 
-/// When the first sample was taken, by the clock of the computer, whose zone the file does not say; `None` where the
-/// first channel does not begin at that time.
+/// When the first sample was taken, X0 after the time of the header, by the clock of the computer, whose zone the file does not say.
 fn start_of(segment: &Segment) -> Option<StartTime> {
     let mut fields = segment.fields.iter();
     let first = fields.find(|field| field.role == Role::Channel)?;
-    first
-        .began()
-        .filter(|_| first.start.is_none_or(|start| start == 0.0))
+    let start_s = first.start.filter(|start| (0.0..1e9).contains(start));
+    Some(first.began()?.later(Seconds(start_s.unwrap_or(0.0))))
 }
 
 /// A step written with so few digits that the rate is not known to 10⁻⁴, unless it makes a whole number of Hz.

@@ -4,6 +4,7 @@ mod beside;
 mod npy;
 
 use piezotact::checksum::Checksum;
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use piezotact::Warning;
@@ -24,18 +25,21 @@ use crate::haptic::{self, HapticKind, haptic_kind};
 use crate::journal::{is_journal, journal_path, read_run_journal};
 use crate::lvm::{looks_like_lvm, parse_lvm};
 use crate::matlab;
-use crate::recording_file::{Stored, read_parquet};
+use crate::recording_file::{Stored, of_another, read_parquet};
 use crate::sidecar::{OfSamples, Rendering, measure_or_unit, sidecar_path, unit_and_factor};
 use crate::tdms::{looks_like_tdms, read_tdms};
+use crate::text::is_text;
 use crate::uff;
 use crate::wav::{SampleFormat, Wav, fingerprint, parse_wav, start_in};
-use beside::Beside;
+use beside::{Beside, completed};
 
 /// Information stated by the user in addition to that in the file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ReadOptions {
     /// What the number 1 stands for: full scale of a WAV file, or plain numbers of a table.
     pub scale: Option<Measure>,
+    /// The unit of single channels by their name, or what 1 in them stands for: `N`, `2 mN`.
+    pub units: BTreeMap<String, String>,
     /// The rate, for a table without a time column.
     pub rate: Option<SampleRate>,
     /// Whether it is read as a drive: full scale is its unit, and needs no scale.
@@ -117,7 +121,17 @@ static RECORDINGS: &[Format<FileKind, Reader>] = &[
         label: "Parquet",
         endings: &["parquet"],
         sniff: Recognition::Head(|head| head.starts_with(b"PAR1")),
-        read: |file, options| read_parquet(file.path, options.rate),
+        read: |file, options| {
+            let path = file.path;
+            if of_another(path)? {
+                let read = |options: &ReadOptions| Ok(read_parquet(path, options)?.recording);
+                return completed(path, options, read);
+            }
+            let mut stored = read_parquet(path, options)?;
+            let unread = beside::unread(path, FileKind::PARQUET);
+            stored.recording.about.warnings.extend(unread);
+            Ok(stored)
+        },
     },
     Format {
         kind: FileKind::JOURNAL,
@@ -161,7 +175,10 @@ static RECORDINGS: &[Format<FileKind, Reader>] = &[
         label: "LVM",
         endings: &["lvm"],
         sniff: Recognition::Head(looks_like_lvm),
-        read: |file, options| Ok(parse_lvm(file.path, file.bytes()?, options)?.into()),
+        read: |file, options| {
+            let (path, bytes) = (file.path, file.bytes()?);
+            completed(path, options, |options| parse_lvm(path, bytes, options))
+        },
     },
     Format {
         kind: FileKind::UFF,
@@ -169,8 +186,10 @@ static RECORDINGS: &[Format<FileKind, Reader>] = &[
         endings: &["uff", "unv"],
         sniff: Recognition::Head(uff::looks_like_uff),
         read: |file, options| {
-            let functions = uff::parse_uff(file.path, file.bytes()?)?;
-            Ok(uff::recording_of(file.path, &functions, options)?.into())
+            let path = file.path;
+            let functions = uff::parse_uff(path, file.bytes()?)?;
+            let read = |options: &ReadOptions| uff::recording_of(path, &functions, options);
+            completed(path, options, read)
         },
     },
     #[cfg(feature = "eeg")]
@@ -242,8 +261,10 @@ static RECORDINGS: &[Format<FileKind, Reader>] = &[
         endings: &["mat"],
         sniff: Recognition::Head(matlab::looks_like_mat),
         read: |file, options| {
-            let content = matlab::parse_mat(file.path, file.bytes()?)?;
-            Ok(matlab::recording_of(file.path, &content, options)?.into())
+            let path = file.path;
+            let content = matlab::parse_mat(path, file.bytes()?)?;
+            let read = |options: &ReadOptions| matlab::recording_of(path, &content, options);
+            completed(path, options, read)
         },
     },
     npy::NPY,
@@ -297,8 +318,11 @@ static RECORDINGS: &[Format<FileKind, Reader>] = &[
         kind: FileKind::TABLE,
         label: "CSV, TSV",
         endings: &["csv", "tsv", "txt"],
-        sniff: Recognition::Whole(|_, bytes| !bytes.contains(&0)),
-        read: |file, options| Ok(read_table(file.path, file.bytes()?, options)?.into()),
+        sniff: Recognition::Whole(|_, bytes| is_text(bytes)),
+        read: |file, options| {
+            let (path, bytes) = (file.path, file.bytes()?);
+            completed(path, options, |options| read_table(path, bytes, options))
+        },
     },
 ];
 
@@ -484,10 +508,8 @@ fn from_wav(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Stored, 
                 format!("channel {}", i + 1)
             };
             let name = beside.sidecar.channels.get(i).cloned().unwrap_or(fallback);
-            let own = beside
-                .of_samples
-                .units
-                .get(&name)
+            let own = (options.units.get(&name))
+                .or_else(|| beside.of_samples.units.get(&name))
                 .map(|text| measure_or_unit(text));
             if !known && own.is_none() && !options.is_drive {
                 warnings.push(Warning::from(RecordingWarning::Uncalibrated {

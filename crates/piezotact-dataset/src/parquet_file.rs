@@ -8,17 +8,22 @@ use std::sync::Arc;
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use parquet::basic::{Compression, ConvertedType, LogicalType, Repetition, Type as Physical};
-use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
-use parquet::data_type::{DataType, DoubleType};
+use parquet::basic::{Compression, Repetition, Type as Physical};
+use parquet::column::reader::{ColumnReader, ColumnReaderImpl, get_column_reader};
+use parquet::data_type::{ByteArray, DataType, DoubleType, FixedLenByteArray};
 use parquet::errors::ParquetError;
 use parquet::file::metadata::{ColumnChunkMetaData, KeyValue};
 use parquet::file::properties::WriterProperties;
 use parquet::file::reader::{FileReader as _, SerializedFileReader};
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::{ColumnDescriptor, Type};
+use piezotact::recording::StartTime;
 
 use crate::flat::Schema;
+use cells::{Cells, what_is_in};
+
+mod cells;
+mod packed;
 
 /// The rows of a group: what is held in memory while a file is written.
 const ROWS_OF_A_GROUP: usize = 1 << 20;
@@ -127,11 +132,13 @@ impl<W: Write + Send> Writer<W> {
 /// A file that is read.
 pub(crate) struct Reader {
     inner: SerializedFileReader<File>,
+    file: Arc<File>,
 }
 
 impl Reader {
     pub(crate) fn new(file: File) -> Result<Self, ParquetError> {
         Ok(Self {
+            file: Arc::new(file.try_clone()?),
             inner: SerializedFileReader::new(file)?,
         })
     }
@@ -175,50 +182,87 @@ impl Reader {
         path: &Path,
         columns: Columns,
     ) -> Result<Vec<Vec<f64>>, ReadError> {
-        if let Some(column) = self.descriptors().iter().find(|one| !holds_numbers(one)) {
+        let held = self.held(path, columns)?;
+        Ok(held.into_iter().map(|held| held.values).collect())
+    }
+
+    /// As [`Self::numbers`], with what they are.
+    pub(crate) fn held(&self, path: &Path, columns: Columns) -> Result<Vec<Held>, ReadError> {
+        let cells = self.descriptors().iter().map(|column| {
+            Cells::of(column).ok_or_else(|| no_numbers(path, column, what_is_in(column)))
+        });
+        let mut cells: Vec<Cells> = cells.collect::<Result<_, _>>()?;
+        let groups = self.inner.metadata().row_groups().iter();
+        let mut chunks = groups.flat_map(|group| group.columns());
+        if let Some(codec) = chunks.find_map(packed::unknown_codec) {
             return Err(ReadError::content(
                 path,
-                "numbers",
-                format!("{} in `{}`", what_is_in(column), name_of(column)),
-                "export that column as numbers, or leave it out",
+                format!("columns compressed as one of {}", packed::KNOWN),
+                codec,
+                "write it again with another compression, such as snappy",
             ));
         }
-        let (all, gaps) = self.columns().map_err(|error| damaged(path, &error))?;
+        let (all, gaps) = (self.columns(&mut cells)).map_err(|error| damaged(path, &error))?;
         match gaps {
-            Some(name) if columns == Columns::Whole => Err(ReadError::content(
-                path,
-                "a number in every row",
-                format!("gaps in `{name}`"),
-                "fill or cut them",
-            )),
-            _ => Ok(all),
+            Some(name) if columns == Columns::Whole => {
+                return Err(ReadError::content(
+                    path,
+                    "a number in every row",
+                    format!("gaps in `{name}`"),
+                    "fill or cut them",
+                ));
+            }
+            _ => {}
         }
+        let held = all.into_iter().zip(cells).zip(self.descriptors());
+        held.map(
+            |((values, cells), column)| match values.iter().any(|one| one.is_nan()) {
+                true if cells.is_text() => Err(no_numbers(path, column, "text".into())),
+                _ => Ok(Held {
+                    values,
+                    moments: cells.start(),
+                }),
+            },
+        )
+        .collect()
     }
 
     /// Every column, and the first that has rows without a number.
-    fn columns(&self) -> Result<(Vec<Vec<f64>>, Option<String>), ParquetError> {
+    fn columns(
+        &self,
+        cells: &mut [Cells],
+    ) -> Result<(Vec<Vec<f64>>, Option<String>), ParquetError> {
         let mut first_gaps = None;
         let mut all = vec![Vec::new(); self.descriptors().len()];
-        for group in 0..self.inner.num_row_groups() {
-            let group = self.inner.get_row_group(group)?;
-            if !group.metadata().columns().iter().all(has_a_place) {
+        for group in self.inner.metadata().row_groups() {
+            if !group.columns().iter().all(has_a_place) {
                 let text = "a column with an offset outside the file";
                 return Err(ParquetError::General(text.into()));
             }
-            for (k, numbers) in all.iter_mut().enumerate() {
+            for (k, (numbers, cells)) in all.iter_mut().zip(cells.iter_mut()).enumerate() {
+                let chunk = group.columns().get(k);
+                let chunk = chunk
+                    .ok_or_else(|| ParquetError::General("a column that is missing".into()))?;
                 let descriptor = &self.descriptors()[k];
-                let gaps = match group.get_column_reader(k)? {
+                let pages = packed::pages(&self.file, chunk, group.num_rows())?;
+                let gaps = match get_column_reader(Arc::clone(descriptor), pages) {
                     ColumnReader::DoubleColumnReader(mut r) => append(&mut r, numbers, |v| v)?,
-                    ColumnReader::FloatColumnReader(mut r) => append(&mut r, numbers, f64::from)?,
-                    ColumnReader::Int32ColumnReader(mut r) if unsigned(descriptor) => {
-                        append(&mut r, numbers, |v: i32| f64::from(v as u32))?
+                    ColumnReader::FloatColumnReader(mut r) => {
+                        append(&mut r, numbers, |v| f64::from(v))?
                     }
-                    ColumnReader::Int32ColumnReader(mut r) => append(&mut r, numbers, f64::from)?,
-                    ColumnReader::Int64ColumnReader(mut r) if unsigned(descriptor) => {
-                        append(&mut r, numbers, |v: i64| v as u64 as f64)?
+                    ColumnReader::Int32ColumnReader(mut r) => {
+                        append(&mut r, numbers, |v: i32| cells.whole32(v))?
                     }
                     ColumnReader::Int64ColumnReader(mut r) => {
-                        append(&mut r, numbers, |v: i64| v as f64)?
+                        append(&mut r, numbers, |v: i64| cells.whole(v))?
+                    }
+                    ColumnReader::ByteArrayColumnReader(mut r) => {
+                        append(&mut r, numbers, |v: ByteArray| cells.bytes(v.data()))?
+                    }
+                    ColumnReader::FixedLenByteArrayColumnReader(mut r) => {
+                        append(&mut r, numbers, |v: FixedLenByteArray| {
+                            cells.bytes(v.data())
+                        })?
                     }
                     _ => 0,
                 };
@@ -229,6 +273,22 @@ impl Reader {
         }
         Ok((all, first_gaps))
     }
+}
+
+/// A column as it was read.
+pub(crate) struct Held {
+    pub(crate) values: Vec<f64>,
+    /// Of a column of moments, in s since the first one, that one; `None` where its day is not known.
+    pub(crate) moments: Option<Option<StartTime>>,
+}
+
+fn no_numbers(path: &Path, column: &ColumnDescriptor, found: String) -> ReadError {
+    ReadError::content(
+        path,
+        "numbers",
+        format!("{found} in `{}`", name_of(column)),
+        "export that column as numbers, or leave it out",
+    )
 }
 
 /// That the file at `path` cannot be read.
@@ -253,7 +313,7 @@ fn has_a_place(column: &ColumnChunkMetaData) -> bool {
 fn append<T: DataType>(
     reader: &mut ColumnReaderImpl<T>,
     numbers: &mut Vec<f64>,
-    number: impl Fn(T::T) -> f64,
+    mut number: impl FnMut(T::T) -> f64,
 ) -> Result<usize, ParquetError> {
     let (mut values, mut levels, mut gaps) = (Vec::new(), Vec::new(), 0);
     loop {
@@ -265,63 +325,12 @@ fn append<T: DataType>(
             return Ok(gaps);
         }
         gaps += rows.saturating_sub(read);
-        numbers.extend(values.drain(..).map(&number));
+        numbers.extend(values.drain(..).map(&mut number));
     }
 }
 
 fn name_of(column: &ColumnDescriptor) -> String {
     column.path().string()
-}
-
-/// Whether a column has one number in every row, or none.
-fn holds_numbers(column: &ColumnDescriptor) -> bool {
-    let number = matches!(
-        column.physical_type(),
-        Physical::DOUBLE | Physical::FLOAT | Physical::INT32 | Physical::INT64
-    );
-    let plain = match column.logical_type_ref() {
-        Some(LogicalType::Integer(_)) => true,
-        Some(_) => false,
-        None => matches!(
-            column.converted_type(),
-            ConvertedType::NONE
-                | ConvertedType::INT_8
-                | ConvertedType::INT_16
-                | ConvertedType::INT_32
-                | ConvertedType::INT_64
-                | ConvertedType::UINT_8
-                | ConvertedType::UINT_16
-                | ConvertedType::UINT_32
-                | ConvertedType::UINT_64
-        ),
-    };
-    number && plain && column.max_rep_level() == 0 && column.path().parts().len() == 1
-}
-
-fn unsigned(column: &ColumnDescriptor) -> bool {
-    matches!(
-        column.converted_type(),
-        ConvertedType::UINT_8
-            | ConvertedType::UINT_16
-            | ConvertedType::UINT_32
-            | ConvertedType::UINT_64
-    )
-}
-
-/// What a column without numbers holds, in a word or two.
-fn what_is_in(column: &ColumnDescriptor) -> String {
-    if column.max_rep_level() > 0 || column.path().parts().len() > 1 {
-        return "lists or groups".into();
-    }
-    match (column.logical_type_ref(), column.converted_type()) {
-        (Some(logical), _) => {
-            let word = format!("{logical:?}");
-            let end = word.find('(').unwrap_or(word.len());
-            word[..end].to_lowercase()
-        }
-        (None, ConvertedType::NONE) => column.physical_type().to_string(),
-        (None, converted) => converted.to_string(),
-    }
 }
 
 #[cfg(test)]

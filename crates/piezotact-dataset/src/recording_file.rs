@@ -5,17 +5,17 @@ use std::path::Path;
 
 use piezotact::Warning;
 use piezotact::device::DriveSetup;
-use piezotact::quantity::{SampleRate, Unit};
-use piezotact::recording::{
-    About, Annotations, Channel, OtherOrigin, Provenance, Recording, RecordingWarning, Stated,
-};
+use piezotact::quantity::SampleRate;
+use piezotact::recording::{Channel, OtherOrigin, Recording, RecordingWarning, Stated};
 
+use crate::columns::{Column, Table};
 use crate::error::ReadError;
 use crate::journal::{
     END_KEY, EndDocument, Fingerprint, START_KEY, StartDocument, UNIT_KEY, fingerprint_of,
     journal_path,
 };
-use crate::parquet_file::{Reader, damaged};
+use crate::open::ReadOptions;
+use crate::parquet_file::{Columns, Reader, damaged};
 use crate::sidecar::Rendering;
 use crate::wav::SampleFormat;
 
@@ -42,10 +42,14 @@ impl From<Recording> for Stored {
     }
 }
 
-/// Reads a Parquet file: ours, or any other with one numeric column a channel when the rate is given.
-pub(crate) fn read_parquet(path: &Path, rate: Option<SampleRate>) -> Result<Stored, ReadError> {
-    let (mut stored, start, _) = read_with_documents(path, rate)?;
-    if start.format > 0 && journal_path(path).exists() {
+/// Reads a Parquet file: ours, or the table of another program.
+pub(crate) fn read_parquet(path: &Path, options: &ReadOptions) -> Result<Stored, ReadError> {
+    let reader = opened(path)?;
+    if reader.stored(START_KEY).is_none() {
+        return Ok(table_in(path, &reader, options)?.into());
+    }
+    let (mut stored, _, _) = read_with_documents(path, &reader, options.rate)?;
+    if journal_path(path).exists() {
         stored
             .recording
             .about
@@ -67,7 +71,7 @@ pub fn recording_of_ours(path: &Path) -> Result<Recording, ReadError> {
     let is_journal = path.extension().is_some_and(|ending| ending == "part");
     let stored = match is_journal {
         true => crate::journal::read_run_journal(path)?,
-        false => read_parquet(path, None)?,
+        false => read_parquet(path, &ReadOptions::default())?,
     };
     Ok(stored.recording)
 }
@@ -76,11 +80,17 @@ pub fn recording_of_ours(path: &Path) -> Result<Recording, ReadError> {
 pub(crate) fn read_parquet_whole(
     path: &Path,
 ) -> Result<(Stored, StartDocument, Option<EndDocument>), ReadError> {
-    read_with_documents(path, None)
+    read_with_documents(path, &opened(path)?, None)
+}
+
+fn opened(path: &Path) -> Result<Reader, ReadError> {
+    let file = crate::input::open_input(path)?;
+    Reader::new(file).map_err(|error| damaged(path, &error))
 }
 
 fn read_with_documents(
     path: &Path,
+    reader: &Reader,
     rate: Option<SampleRate>,
 ) -> Result<(Stored, StartDocument, Option<EndDocument>), ReadError> {
     let unlike = |error: &serde_json::Error| {
@@ -91,15 +101,9 @@ fn read_with_documents(
             "record or make it again with this version; where this version made it, it is damaged: copy it again",
         )
     };
-    let file = crate::input::open_input(path)?;
-    let reader = Reader::new(file).map_err(|error| damaged(path, &error))?;
-    let (start, end) = (reader.stored(START_KEY), reader.stored(END_KEY));
-    let start_text = start.clone();
-    let start = match start {
-        Some(text) => serde_json::from_str(&text).map_err(|error| unlike(&error))?,
-        None => foreign_start(path, &reader, rate)?,
-    };
-    let ours = start.format > 0;
+    let (start_text, end) = (reader.stored(START_KEY), reader.stored(END_KEY));
+    let start: StartDocument = serde_json::from_str(start_text.as_deref().unwrap_or_default())
+        .map_err(|error| unlike(&error))?;
     if start.format > StartDocument::FORMAT_WITH_CLOCKS {
         return Err(ReadError::content(
             path,
@@ -133,7 +137,7 @@ fn read_with_documents(
         .collect();
     let fingerprint = Fingerprint::all(&fingerprints);
     let mut recording = assemble(path, &start, samples)?;
-    if let Some(stated) = rate.filter(|rate| ours && *rate != recording.rate()) {
+    if let Some(stated) = rate.filter(|rate| *rate != recording.rate()) {
         recording
             .about
             .warnings
@@ -158,7 +162,7 @@ fn read_with_documents(
             let happened = end.events.iter().cloned();
             recording.annotations.events.extend(happened);
         }
-        None if ours => {
+        None => {
             recording.about.provenance.losses.is_interrupted = true;
             recording
                 .about
@@ -167,7 +171,6 @@ fn read_with_documents(
                     read_s: recording.duration().0,
                 }))
         }
-        None => {}
     }
     let stored = Stored {
         recording,
@@ -187,59 +190,33 @@ fn is_start_changed(start: Option<&str>, end: &EndDocument) -> bool {
     }
 }
 
-/// The metadata of a Parquet file of another program.
-fn foreign_start(
-    path: &Path,
-    reader: &Reader,
-    rate: Option<SampleRate>,
-) -> Result<StartDocument, ReadError> {
-    let rate_hz = rate.ok_or_else(|| {
-        ReadError::content(
-            path,
-            "a recording of this program, or a rate",
-            "a Parquet file of another program, which names no rate",
-            "give the rate with --rate",
-        )
-    })?;
+/// Whether another program wrote the Parquet file at `path`.
+pub(crate) fn of_another(path: &Path) -> Result<bool, ReadError> {
+    Ok(opened(path)?.stored(START_KEY).is_none())
+}
+
+/// The table of another program. Units stand in the metadata of a column, or in its name.
+fn table_in(path: &Path, reader: &Reader, options: &ReadOptions) -> Result<Recording, ReadError> {
+    let mut table = Table::default();
     let columns = reader.columns_with(UNIT_KEY).into_iter();
-    let channels = columns.map(|(name, unit)| {
-        let unit = Unit::parse(unit.as_deref().unwrap_or_default());
-        (name, unit)
-    });
-    let (channels, factors): (Vec<_>, Vec<f64>) = channels
-        .map(|(name, (unit, factor)): (String, (Unit, f64))| ((name, unit), factor))
-        .unzip();
-    if let Some((name, _)) = channels
-        .iter()
-        .zip(&factors)
-        .find(|(_, factor)| **factor != 1.0)
-        .map(|(channel, _)| channel)
-    {
-        return Err(ReadError::content(
-            path,
-            "SI units in the columns' metadata",
-            format!("another in `{name}`"),
-            "convert that column to m/s², N or V before writing the file",
-        ));
+    for ((name, unit), held) in columns.zip(reader.held(path, Columns::Whole)?) {
+        let column = Column {
+            values: held.values,
+            ..match unit {
+                Some(_) => Column {
+                    name,
+                    unit,
+                    values: Vec::new(),
+                },
+                None => Column::from_header(&name),
+            }
+        };
+        match held.moments {
+            Some(start) => table.add_moments(column, start),
+            None => table.columns.push(column),
+        }
     }
-    Ok(StartDocument {
-        format: 0,
-        rate_hz,
-        channels,
-        about: About {
-            provenance: Provenance {
-                source: path.display().to_string(),
-                ..Provenance::default()
-            },
-            ..About::default()
-        },
-        annotations: Annotations::default(),
-        clocks: Vec::new(),
-        setup: None,
-        rendering: None,
-        label: None,
-        drive: None,
-    })
+    table.recording(path, options)
 }
 
 pub(crate) fn assemble(

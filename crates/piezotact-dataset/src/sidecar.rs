@@ -1,4 +1,4 @@
-//! Sidecar files `NAME.wav.json` and `NAME.npz.json`, with the metadata that a WAV or NumPy file cannot hold: the value of full
+//! Sidecar files such as `NAME.wav.json` and `NAME.csv.json`, with the metadata that the file beside them cannot hold: the value of full
 //! scale or the units, the condition, and for a drive how it was made.
 //!
 //! The smallest one is `{"full_scale": {"value": 200, "unit": "m/s2"}}`.
@@ -87,7 +87,7 @@ fn people_write_measures<'de, D: serde::Deserializer<'de>>(
     text.parse().map(Some).map_err(serde::de::Error::custom)
 }
 
-/// Where the sidecar of the WAV file `path` stands: `NAME.wav.json`; so too of a NumPy file.
+/// Where the sidecar of the WAV file `path` stands: `NAME.wav.json`; so too of any other.
 #[must_use]
 pub fn sidecar_path(path: &Path) -> PathBuf {
     let mut name = path.as_os_str().to_owned();

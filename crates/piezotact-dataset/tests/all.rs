@@ -18,5 +18,6 @@ mod stored_functions;
 mod support;
 mod tdms;
 mod tdms_damage;
+mod tables;
 mod uff;
 mod uff_clocks;

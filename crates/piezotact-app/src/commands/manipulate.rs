@@ -274,11 +274,7 @@ fn takes_of(path: &Path, channel: Option<&str>, reading: &Reading) -> Takes {
         motion: None,
         every_contact: false,
         cuts: None,
-        reading: Reading {
-            scale: reading.scale.clone(),
-            rate: reading.rate,
-            part: reading.part,
-        },
+        reading: reading.with_scale(reading.scale().cloned()),
     }
 }
 
@@ -336,14 +332,9 @@ fn at_the_rate_of(
 /// Another texture, at `--of-scale`; `--scale` counts for it where it does not say its own.
 fn open_other(args: &Manipulate, path: &Path) -> Outcome<Texture<Acceleration>> {
     let says_its_own = read_sidecar(path)?.is_some_and(|sidecar| sidecar.full_scale.is_some());
-    let reading = Reading {
-        scale: args
-            .of_scale
-            .clone()
-            .or_else(|| args.reading.scale.clone().filter(|_| !says_its_own)),
-        rate: args.reading.rate,
-        part: args.reading.part,
-    };
+    let of_both = args.reading.scale().filter(|_| !says_its_own);
+    let scale = args.of_scale.as_ref().or(of_both).cloned();
+    let reading = args.reading.with_scale(scale);
     let stroke = chosen(args.of_stroke, "--of-stroke").or(chosen(args.stroke, "--stroke"));
     Ok(open(path, stroke, args.of_channel.as_deref(), &reading)?.texture)
 }

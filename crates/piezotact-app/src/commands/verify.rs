@@ -61,7 +61,7 @@ pub(super) fn verified(target: &Path, measured: &Path, band: Band) -> Outcome<Ve
         before_channel: None,
         before_stroke: None,
         reading: Reading {
-            scale: None,
+            scale: Vec::new(),
             rate: None,
             part: None,
         },
@@ -350,11 +350,8 @@ struct Earlier {
 fn textures_before(asked: &Asked<'_>, path: &Path) -> Outcome<Earlier> {
     let args = asked.args;
     let says_its_own = read_sidecar(path)?.is_some_and(|sidecar| sidecar.full_scale.is_some());
-    let reading = Reading {
-        scale: args.reading.scale.clone().filter(|_| !says_its_own),
-        rate: args.reading.rate,
-        part: args.reading.part,
-    };
+    let scale = args.reading.scale().filter(|_| !says_its_own).cloned();
+    let reading = args.reading.with_scale(scale);
     let channel = args.before_channel.as_deref();
     let stroke = args.before_stroke.map(|number| Chosen {
         number,

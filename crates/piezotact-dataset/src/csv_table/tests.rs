@@ -1,3 +1,5 @@
+use piezotact::quantity::Unit;
+
 use super::*;
 
 fn read(text: &str) -> Result<Recording, ReadError> {
@@ -94,24 +96,24 @@ fn a_repeated_time_stamp_is_said_and_the_rate_stays() {
         warning.contains("1 time stamp is repeated") && warning.contains("0.19"),
         "{warning}"
     );
-    // one row more than the time has room for
-    let (rate, samples, warning) =
-        said(&rows(|i| (time(if i < 20 { i } else { i - 1 }), i as f64)));
-    assert_eq!((rate, samples), (100.0, 40));
-    assert!(warning.contains("evenly sampled"), "{warning}");
+    // one row more than the time has room for: those behind it are late
+    let r = read(&rows(|i| (time(if i < 20 { i } else { i - 1 }), i as f64))).unwrap();
+    assert_eq!((r.rate().hz(), r.len()), (100.0, 40));
+    let warnings = format!("{:?}", r.about.warnings);
+    assert!(
+        warnings.contains("1 time stamp is repeated") && warnings.contains("up to 0.5"),
+        "{warnings}"
+    );
     // the same row twice
     let twice = |i: usize| if i < 20 { i } else { i - 1 };
     let (rate, samples, warning) = said(&rows(|i| (time(twice(i)), twice(i) as f64)));
     assert_eq!((rate, samples), (100.0, 39));
     assert!(warning.contains("1 row that"), "{warning}");
-    // a gap stays one
-    let gap = rows(|i| (time(if i < 20 { i } else { i + 1 }), i as f64));
-    assert!(
-        read(&gap)
-            .unwrap_err()
-            .to_string()
-            .contains("rows are missing")
-    );
+    // a gap stays one: a straight line stands in it
+    let gap = |i: usize| if i < 20 { i } else { i + 1 };
+    let (rate, samples, warning) = said(&rows(|i| (time(gap(i)), gap(i) as f64)));
+    assert_eq!((rate, samples), (100.0, 41));
+    assert!(warning.contains("Number(0.2), Number(0.21)"), "{warning}");
 }
 
 #[test]

@@ -264,6 +264,7 @@ pub fn journal_path(path: &Path) -> PathBuf {
 mod tests {
     use super::read::read_run_journal as read_journal;
     use super::*;
+    use crate::open::ReadOptions;
     use crate::recording_file::read_parquet;
     use piezotact::recording::Reached;
     use piezotact::recording::{Condition, Provenance, RecordingWarning};
@@ -324,7 +325,9 @@ mod tests {
             .finish(provenance.clone(), vec![warning.clone()])
             .unwrap();
         assert!(!journal_path(&path).exists());
-        let recording = read_parquet(&path, None).unwrap().recording;
+        let recording = read_parquet(&path, &ReadOptions::default())
+            .unwrap()
+            .recording;
         assert_eq!(recording.len(), 300);
         assert_eq!(recording.channels()[1].samples[299], -299.0);
         assert_eq!(recording.channels()[1].unit, Unit::Newton);
@@ -388,7 +391,11 @@ mod tests {
         check(&read_journal(&killed).unwrap().recording);
         let provenance = start.about.provenance.clone();
         writer.finish(provenance, vec![]).unwrap();
-        check(&read_parquet(&path, None).unwrap().recording);
+        check(
+            &read_parquet(&path, &ReadOptions::default())
+                .unwrap()
+                .recording,
+        );
 
         // A chunk with the channels of another clock is none of this recording.
         let mut writer = JournalWriter::create(&path, start.clone()).unwrap();
@@ -409,11 +416,19 @@ mod tests {
         assert_eq!(record(0), None, "the same again");
         let kept = record(1).unwrap();
         assert_eq!(
-            read_parquet(&kept, None).unwrap().recording.channels()[0].samples[0],
+            read_parquet(&kept, &ReadOptions::default())
+                .unwrap()
+                .recording
+                .channels()[0]
+                .samples[0],
             0.0
         );
         assert_eq!(
-            read_parquet(&path, None).unwrap().recording.channels()[0].samples[0],
+            read_parquet(&path, &ReadOptions::default())
+                .unwrap()
+                .recording
+                .channels()[0]
+                .samples[0],
             100.0
         );
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
@@ -474,7 +489,9 @@ mod tests {
         assert!(aside.ends_with("r.parquet.interrupted-1.part"));
         let samples = |recording: &Recording| recording.channels()[0].samples.clone();
         assert_eq!(samples(&read_journal(&aside).unwrap().recording)[0], 0.0);
-        let finished = read_parquet(&path, None).unwrap().recording;
+        let finished = read_parquet(&path, &ReadOptions::default())
+            .unwrap()
+            .recording;
         assert_eq!(samples(&finished)[0], 100.0);
     }
 
@@ -545,7 +562,7 @@ mod tests {
         let last = begun();
         assert!(last.set_aside()[0].ends_with("r.parquet.interrupted-1.parquet"));
         assert_eq!(last.removed(), 0);
-        assert!(read_parquet(&last.set_aside()[0], None).is_ok());
+        assert!(read_parquet(&last.set_aside()[0], &ReadOptions::default()).is_ok());
     }
 
     /// A newer format is named as that; where all of it reads as today's, its header alone is wrong.
@@ -562,7 +579,7 @@ mod tests {
         let changed = folder.path().join("c.parquet.part");
         let read = |bytes: &[u8]| {
             std::fs::write(&changed, bytes).unwrap();
-            let options = crate::ReadOptions::default();
+            let options = ReadOptions::default();
             crate::read_recording(&changed, &options).map_err(|error| error.to_string())
         };
         let mut header = whole.clone();
@@ -601,13 +618,16 @@ mod tests {
         let whole = std::fs::read(&path).unwrap();
         for length in (0..whole.len()).step_by(11) {
             std::fs::write(&path, &whole[..length]).unwrap();
-            assert!(read_parquet(&path, None).is_err(), "{length}");
+            assert!(
+                read_parquet(&path, &ReadOptions::default()).is_err(),
+                "{length}"
+            );
         }
         for at in (0..whole.len()).step_by(5) {
             let mut bytes = whole.clone();
             bytes[at] ^= 0xFF;
             std::fs::write(&path, &bytes).unwrap();
-            let _either = read_parquet(&path, None);
+            let _either = read_parquet(&path, &ReadOptions::default());
         }
     }
 }

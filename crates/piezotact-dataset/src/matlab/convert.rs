@@ -10,9 +10,10 @@ use piezotact::transfer::{Estimator, StoredIdentities};
 
 use super::stored;
 use super::{MatFile, MatNumbers, MatValue};
-use crate::csv_table::{Column, WithoutUnit, choose_rate, rate_of, recording_of as table_of};
+use crate::columns::{Column, WithoutUnit, recording_of as table_of};
 use crate::error::ReadError;
 use crate::open::ReadOptions;
+use crate::time_column::{TimeBase, base_beside, base_of, choose_base};
 use crate::transfer_file::{Lines, from_lines};
 use crate::transfer_json::TransferDocument;
 
@@ -53,8 +54,6 @@ const FREQUENCIES: [&str; 7] = [
     "freq_domain",
 ];
 const COHERENCES: [&str; 5] = ["coherence", "coh", "gamma2", "cxy", "c"];
-/// Up to this relative difference, a rate found from times differs from the stated one by the rounding of the times.
-const ROUNDED_TIMES: f64 = 1e-3;
 /// More columns than this make a matrix that is no recording.
 const MOST_CHANNELS: usize = 512;
 
@@ -201,13 +200,12 @@ pub(crate) fn recording_of(
     }
     let scalar = scalar_rate(path, &variables)?;
     let found = match (&time, scalar) {
-        (Some(time), stated) => Some(rate_of_times(
-            path,
-            time,
-            stated,
-            (&mut warnings, &mut about),
-        )),
-        (None, Some((_, rate))) => Some(Ok(rate)),
+        (Some(time), Some((name, rate))) => {
+            let stated = (name.as_str(), rate);
+            Some(Ok(base_beside(path, time, stated, &mut warnings)))
+        }
+        (Some(time), None) => Some(base_of(path, time, &mut warnings)),
+        (None, Some((_, rate))) => Some(Ok(TimeBase::even(rate))),
         (None, None) => None,
     };
     if options.rate.is_none() && found.is_none() {
@@ -218,40 +216,16 @@ pub(crate) fn recording_of(
             "give the rate with --rate, for example --rate 5000",
         ));
     }
-    let rate = choose_rate(path, options.rate, found, &mut warnings)?;
+    let base = choose_base(path, options.rate, found, &mut warnings)?;
     warnings.append(&mut about);
     table_of(
         path,
         columns,
-        rate,
+        &base,
         warnings,
         options,
         WithoutUnit::OnlyScale { counts: &[] },
     )
-}
-
-/// The rate that times give, or the `stated` one where it agrees with them.
-fn rate_of_times(
-    path: &Path,
-    time: &Column,
-    stated: Option<(String, SampleRate)>,
-    (warnings, about): (&mut Vec<Warning>, &mut Vec<Warning>),
-) -> Result<SampleRate, ReadError> {
-    let found = rate_of(path, time, warnings)?;
-    let Some((name, stated)) = stated else {
-        return Ok(found);
-    };
-    // Times are often stored with few digits: their mean step is less exact than the stated rate.
-    if (found.hz() / stated.hz() - 1.0).abs() <= ROUNDED_TIMES {
-        return Ok(stated);
-    }
-    about.push(Warning::from(RecordingWarning::Guessed {
-        what: format!(
-            "`{name}` states {stated}, `{}` gives {found}: the second was used",
-            time.name
-        ),
-    }));
-    Ok(found)
 }
 
 /// A vector as one column, a matrix as one for each of its shorter dimension.

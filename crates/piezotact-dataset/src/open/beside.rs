@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use piezotact::Warning;
-use piezotact::recording::{NotUsed, Provenance, RecordingWarning, Stated};
+use piezotact::recording::{NotUsed, Provenance, Recording, RecordingWarning, Stated};
 
 use super::{FileKind, ReadOptions};
-use crate::csv_table::Column;
+use crate::columns::Column;
 use crate::error::ReadError;
 use crate::recording_file::Stored;
 use crate::sidecar::{OfSamples, Sidecar, measure_or_unit, read_with_samples, sidecar_path};
@@ -21,9 +21,22 @@ pub(super) struct Beside {
 
 /// The warning that a sidecar lies beside the file at `path`, whose `kind` takes none.
 pub(super) fn not_read(path: &Path, kind: FileKind) -> Option<Warning> {
-    let takes_one = [FileKind::WAV, super::npy::NPY.kind].contains(&kind);
+    let takes_one = [
+        FileKind::WAV,
+        super::npy::NPY.kind,
+        FileKind::TABLE,
+        FileKind::LVM,
+        FileKind::UFF,
+        FileKind::MATLAB,
+        FileKind::PARQUET,
+    ];
+    unread(path, kind).filter(|_| !takes_one.contains(&kind))
+}
+
+/// The same of a file that takes none although its kind does.
+pub(super) fn unread(path: &Path, kind: FileKind) -> Option<Warning> {
     let place = sidecar_path(path);
-    (!takes_one && place.is_file()).then(|| {
+    place.is_file().then(|| {
         Warning::from(RecordingWarning::NotUsed {
             what: NotUsed::Sidecar {
                 file: place.display().to_string(),
@@ -31,6 +44,54 @@ pub(super) fn not_read(path: &Path, kind: FileKind) -> Option<Warning> {
             },
         })
     })
+}
+
+/// What `read` makes of the file at `path`, with the names, units, condition and events of a sidecar beside it.
+pub(super) fn completed(
+    path: &Path,
+    options: &ReadOptions,
+    read: impl Fn(&ReadOptions) -> Result<Recording, ReadError>,
+) -> Result<Stored, ReadError> {
+    let Some(beside) = Beside::read(path)? else {
+        return Ok(read(options)?.into());
+    };
+    let (mut options, mut warnings) = (options.clone(), Vec::new());
+    beside.scale(&mut options, &mut warnings);
+    let mut recording = read(&options)?;
+    let own: Vec<String> = (recording.channels().iter())
+        .map(|channel| channel.name.clone())
+        .collect();
+    let names = beside.of_samples.channels.as_ref().unwrap_or(&own).clone();
+    if names.len() != own.len() {
+        return Err(beside.other_count(own.len(), names.len()));
+    }
+    beside.names_fit(names.iter().map(String::as_str))?;
+    let mut has_units = false;
+    for (name, own) in names.iter().zip(&own) {
+        let stated = options.units.remove(name);
+        if let Some(unit) = stated.or_else(|| beside.of_samples.units.get(name).cloned()) {
+            options.units.insert(own.clone(), unit);
+            has_units = true;
+        }
+    }
+    if has_units {
+        recording = read(&options)?;
+    }
+    let renamed = |name: &str| {
+        let place = own.iter().position(|own| own == name);
+        place.map_or(name.to_owned(), |place| names[place].clone())
+    };
+    recording.rename(renamed).map_err(ReadError::of(path))?;
+    recording.about.warnings.append(&mut warnings);
+    let started_at = recording.annotations.started_at.take();
+    let losses = std::mem::take(&mut recording.about.provenance.losses);
+    let mut stored = Stored::from(recording);
+    beside.describe(&mut stored);
+    let recording = &mut stored.recording;
+    recording.about.provenance.losses = losses;
+    let started = &mut recording.annotations.started_at;
+    *started = started.take().or(started_at);
+    Ok(stored)
 }
 
 impl Beside {

@@ -7,26 +7,23 @@ use std::io::{Cursor, Read as _};
 use std::path::Path;
 
 use piezotact::Warning;
-use piezotact::number::digits;
 use piezotact::quantity::SampleRate;
 use zip::ZipArchive;
 
 use super::beside::Beside;
 use super::{FileKind, ReadOptions, Reader};
-use crate::csv_table::{Column, WithoutUnit, choose_rate, rate_of, recording_of};
+use crate::columns::{Column, WithoutUnit, recording_of};
 use crate::error::ReadError;
 use crate::format::{Format, Recognition};
 use crate::recording_file::Stored;
 use crate::sidecar::sidecar_path;
 use crate::stored::{ByteOrder, Stored as Number};
+use crate::time_column::{TimeBase, base_beside, base_of, choose_base, is_time};
 
 /// What is unpacked of one array at most, in bytes.
 const LARGEST: u64 = 1 << 30;
-/// Names of a scalar that is the rate, in Hz, and of a vector that is the time.
+/// Names of a scalar that is the rate, in Hz.
 const RATES: [&str; 5] = ["fs", "fs_hz", "rate", "sample_rate", "sampling_rate"];
-const TIMES: [&str; 2] = ["t", "time"];
-/// A rate and a time vector that differ by this share of it say one rate: time stamps are rounded.
-const SAME_RATE: f64 = 1e-3;
 
 const MAGIC: &[u8] = b"\x93NUMPY";
 
@@ -79,8 +76,8 @@ impl Parts {
         }
         self.only_one_scaled(path, &options)?;
         let mut of_rate = Vec::new();
-        let found = self.found_rate(path, &options, &mut of_rate)?;
-        let rate = choose_rate(path, options.rate, found, &mut of_rate)?;
+        let found = self.found_base(path, &options, &mut of_rate)?;
+        let base = choose_base(path, options.rate, found, &mut of_rate)?;
         of_rate.append(&mut self.warnings);
         let counts: Vec<String> = self
             .arrays
@@ -90,7 +87,7 @@ impl Parts {
             .map(|(_, column)| column.name.clone())
             .collect();
         let unnamed = WithoutUnit::OnlyScale { counts: &counts };
-        let recording = recording_of(path, self.columns, rate, of_rate, &options, unnamed)?;
+        let recording = recording_of(path, self.columns, &base, of_rate, &options, unnamed)?;
         let mut stored = Stored::from(recording);
         if let Some(sidecar) = sidecar {
             sidecar.describe(&mut stored);
@@ -107,7 +104,9 @@ impl Parts {
             .arrays
             .iter()
             .zip(&self.columns)
-            .filter(|(_, column)| column.unit.is_none())
+            .filter(|(_, column)| {
+                column.unit.is_none() && !options.units.contains_key(&column.name)
+            })
             .map(|((array, _), column)| (*array, column.name.as_str()))
             .collect();
         if plain.iter().all(|(array, _)| *array == plain[0].0) {
@@ -126,81 +125,40 @@ impl Parts {
         ))
     }
 
-    /// The rate that the file states, or else that of its time vector.
-    fn found_rate(
+    /// The grid of the time vector, of the rate that the file states, or of both.
+    fn found_base(
         &self,
         path: &Path,
         options: &ReadOptions,
         warnings: &mut Vec<Warning>,
-    ) -> Result<Option<Result<SampleRate, ReadError>>, ReadError> {
-        let Some((name, hz)) = &self.rate else {
-            let found = self.time.as_ref().map(|time| rate_of(path, time, warnings));
-            if options.rate.is_none() && found.is_none() {
-                return Err(ReadError::content(
-                    path,
-                    "a rate: a scalar `fs`, `rate` or `sample_rate` in an NPZ file, or the option --rate",
-                    "neither",
-                    "give the rate with --rate, for example --rate 5000",
-                ));
-            }
-            return Ok(found);
+    ) -> Result<Option<Result<TimeBase, ReadError>>, ReadError> {
+        let stated = self.rate.as_ref().map(|(name, hz)| {
+            let rate = SampleRate::new(*hz).map_err(ReadError::of(path));
+            rate.map(|rate| (name.as_str(), rate))
+        });
+        let found = match (&self.time, stated) {
+            (None, Some(Ok((_, rate)))) => Some(Ok(TimeBase::even(rate))),
+            (_, Some(Err(error))) => Some(Err(error)),
+            (Some(time), Some(Ok(stated))) => Some(Ok(base_beside(path, time, stated, warnings))),
+            (Some(time), None) => Some(base_of(path, time, warnings)),
+            (None, None) => None,
         };
-        let stated = SampleRate::new(*hz).map_err(ReadError::of(path));
-        let (Some(time), Ok(stated_hz), None) = (&self.time, &stated, options.rate) else {
-            return Ok(Some(stated));
-        };
-        let mut of_time = Vec::new();
-        match rate_of(path, time, &mut of_time) {
-            Ok(found) => {
-                // Time without a unit may be in s, ms or µs: the one that agrees is meant.
-                let plain = time.unit.is_none();
-                let units: &[f64] = if plain {
-                    &[1.0, 1e3, 1e6, 1e-3]
-                } else {
-                    &[1.0]
-                };
-                let agrees =
-                    |factor: &f64| (found.hz() * factor / stated_hz.hz() - 1.0).abs() <= SAME_RATE;
-                if !units.iter().any(agrees) {
-                    return Err(ReadError::content(
-                        path,
-                        format!(
-                            "`{name}` and the steps of `{}` to give the same rate",
-                            time.name
-                        ),
-                        format!(
-                            "{} Hz in `{name}` and {} Hz in `{}`",
-                            stated_hz.hz(),
-                            digits(found.hz()),
-                            time.name
-                        ),
-                        "save only the correct one, or state the rate with --rate",
-                    ));
-                }
-            }
-            Err(error) => warnings.push(
-                RecordingWarning::Guessed {
-                    what: format!(
-                        "the rate is that of `{name}`; `{}` was not used ({error})",
-                        time.name
-                    ),
-                }
-                .into(),
-            ),
+        if options.rate.is_none() && found.is_none() {
+            return Err(ReadError::content(
+                path,
+                "a rate: a scalar `fs`, `rate` or `sample_rate` in an NPZ file, or the option --rate",
+                "neither",
+                "give the rate with --rate, for example --rate 5000",
+            ));
         }
-        Ok(Some(stated))
+        Ok(found)
     }
 
     /// Takes one array, of an archive with its name.
     fn add(&mut self, path: &Path, key: Option<&str>, array: Array) -> Result<(), ReadError> {
         let header = key.map(Column::from_header);
         let name = header.as_ref().map(|header| header.name.as_str());
-        let called = |names: &[&str]| {
-            [name, key]
-                .into_iter()
-                .flatten()
-                .any(|name| names.contains(&name.to_ascii_lowercase().as_str()))
-        };
+        let called = |is_one: &dyn Fn(&str) -> bool| [name, key].into_iter().flatten().any(is_one);
         if array.left > 0 {
             self.guess(format!(
                 "{} bytes after the array were left out",
@@ -224,7 +182,7 @@ impl Parts {
         };
         let number = self.arrays.last().map_or(0, |(array, _)| array + 1);
         match array.shape.as_slice() {
-            [] | [1] if called(&RATES) => {
+            [] | [1] if called(&|name| RATES.contains(&name.to_ascii_lowercase().as_str())) => {
                 let in_khz = unit.as_deref() == Some("kHz");
                 let factor = if in_khz { 1e3 } else { 1.0 };
                 let value = array.values.first();
@@ -234,7 +192,7 @@ impl Parts {
                 Some(key) => self.guess(format!("`{key}` holds no samples and was left out")),
                 None => return wrong("a single value or text".into(), "save the samples"),
             },
-            [_] if called(&TIMES) => {
+            [_] if called(&is_time) => {
                 self.time = Some(column(name.unwrap_or_default().into(), array.values));
             }
             [_] => {

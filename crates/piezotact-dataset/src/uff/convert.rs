@@ -6,16 +6,15 @@ use std::path::Path;
 use num_complex::Complex;
 use piezotact::Warning;
 use piezotact::quantity::{Degrees, Newtons, SampleRate, Seconds, Unit};
-use piezotact::recording::{Clock, Condition, Recording, StartTime};
+use piezotact::recording::{Condition, Recording, StartTime};
 use piezotact::transfer::Estimator;
 
 use super::write_time::OWN_TIME;
 use super::{UffAbscissa, UffData, UffFunction, UffKind};
-use crate::csv_table::{
-    Column, WithoutUnit, choose_rate, rate_of, recording_of_clocks as table_of,
-};
+use crate::columns::{Column, WithoutUnit, recording_of_bases as table_of};
 use crate::error::ReadError;
 use crate::open::ReadOptions;
+use crate::time_column::{TimeBase, base_of, choose_base};
 use crate::transfer_file::{Lines, from_lines};
 use crate::transfer_json::TransferDocument;
 
@@ -67,13 +66,13 @@ pub(crate) fn recording_of(
             "export the time signals; a frequency response is only read as a transfer function",
         ));
     };
-    let (mut warnings, mut columns) = (Vec::new(), Vec::<(Column, Clock)>::new());
-    let mut clocks = Vec::<(&UffFunction, Clock)>::new();
+    let (mut warnings, mut columns) = (Vec::new(), Vec::<(Column, usize)>::new());
+    let (mut clocks, mut bases) = (Vec::<&UffFunction>::new(), Vec::new());
     for signal in &signals {
-        let known = clocks.iter().find(|(of, _)| same_axis(signal, of));
-        let clock = match known {
-            Some((of, clock)) if of.data.len() == signal.data.len() => *clock,
-            Some((of, _)) => {
+        let known = clocks.iter().position(|of| same_axis(signal, of));
+        let clock = match known.map(|at| (at, clocks[at])) {
+            Some((at, of)) if of.data.len() == signal.data.len() => at,
+            Some((_, of)) => {
                 return Err(ReadError::content(
                     path,
                     format!(
@@ -99,13 +98,11 @@ pub(crate) fn recording_of(
                 ));
             }
             None => {
-                let found = rate(path, signal, &mut warnings);
-                let clock = Clock {
-                    rate_hz: choose_rate(path, options.rate, Some(found), &mut warnings)?,
-                    start_s: start_s(signal),
-                };
-                clocks.push((signal, clock));
-                clock
+                let found = base(path, signal, &mut warnings);
+                let base = choose_base(path, options.rate, Some(found), &mut warnings)?;
+                clocks.push(signal);
+                bases.push((base, start_s(signal)));
+                clocks.len() - 1
             }
         };
         let name = unique(name(signal), &columns);
@@ -122,6 +119,7 @@ pub(crate) fn recording_of(
     let mut recording = table_of(
         path,
         columns,
+        &bases,
         warnings,
         options,
         WithoutUnit::OnlyScale { counts: &[] },
@@ -226,7 +224,7 @@ fn name(signal: &UffFunction) -> String {
     }
 }
 
-fn unique(name: String, columns: &[(Column, Clock)]) -> String {
+fn unique(name: String, columns: &[(Column, usize)]) -> String {
     let taken = |name: &str| columns.iter().any(|(column, _)| column.name == name);
     if !taken(&name) {
         return name;
@@ -237,11 +235,11 @@ fn unique(name: String, columns: &[(Column, Clock)]) -> String {
         .unwrap_or(name)
 }
 
-fn rate(
+fn base(
     path: &Path,
     signal: &UffFunction,
     warnings: &mut Vec<Warning>,
-) -> Result<SampleRate, ReadError> {
+) -> Result<TimeBase, ReadError> {
     match &signal.abscissa {
         UffAbscissa::Even { step, .. } => {
             let second = match Unit::parse(&signal.abscissa_axis.unit) {
@@ -263,7 +261,8 @@ fn rate(
                 .filter(|_| signal.id_lines[4] == OWN_TIME)
                 .and_then(|text| text.parse().ok())
                 .filter(|stated: &f64| (stated - found_hz).abs() <= 1e-6 * found_hz);
-            SampleRate::new(stated_hz.unwrap_or(found_hz)).map_err(ReadError::of(path))
+            let rate = SampleRate::new(stated_hz.unwrap_or(found_hz));
+            rate.map(TimeBase::even).map_err(ReadError::of(path))
         }
         UffAbscissa::List(places) => {
             let time = Column {
@@ -271,7 +270,7 @@ fn rate(
                 unit: Some(signal.abscissa_axis.unit.clone()),
                 values: places.clone(),
             };
-            rate_of(path, &time, warnings)
+            base_of(path, &time, warnings)
         }
     }
 }

@@ -32,7 +32,7 @@ pub(super) fn of_clip(args: &Export, format: Format) -> Outcome<Option<Written>>
     }
     for (option, given) in [
         ("--rate", args.reading.rate.is_some()),
-        ("--scale", args.reading.scale.is_some()),
+        ("--scale", !args.reading.scale.is_empty()),
         ("--channel", args.channel.is_some()),
     ] {
         if given {

@@ -211,7 +211,7 @@ fn request(args: &Arguments, textures: &Textures) -> Render {
         band: args.band,
         channel: None,
         reading: Reading {
-            scale: None,
+            scale: Vec::new(),
             rate: None,
             part: None,
         },

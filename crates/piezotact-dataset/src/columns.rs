@@ -1,0 +1,370 @@
+//! Columns of numbers as the channels of a recording, whatever file holds them.
+
+use std::path::Path;
+
+use piezotact::Warning;
+use piezotact::quantity::{SampleRate, Seconds, Unit};
+use piezotact::recording::{
+    Channel, Clock, Condition, Provenance, Recording, RecordingWarning, StartTime,
+};
+
+use crate::error::ReadError;
+use crate::open::ReadOptions;
+use crate::sidecar::measure_or_unit;
+use crate::time_column::{TimeBase, base_beside, base_of, choose_base, is_time, most_repeated};
+
+/// Units at the end of a name, as Python writes them; a longer ending stands before one that it ends in.
+const ENDINGS: [(&str, &str); 14] = [
+    ("_mm_s2", "mm/s2"),
+    ("_m_s2", "m/s2"),
+    ("_ms2", "m/s2"),
+    ("_mm_s", "mm/s"),
+    ("_m_s", "m/s"),
+    ("_mN", "mN"),
+    ("_N", "N"),
+    ("_n", "N"),
+    ("_mV", "mV"),
+    ("_V", "V"),
+    ("_mm", "mm"),
+    ("_um", "um"),
+    ("_ms", "ms"),
+    ("_s", "s"),
+];
+
+/// One column as a file holds it.
+#[derive(Clone)]
+pub(crate) struct Column {
+    pub(crate) name: String,
+    pub(crate) unit: Option<String>,
+    pub(crate) values: Vec<f64>,
+}
+
+/// The advice for channels whose unit the file does not name.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum WithoutUnit<'a> {
+    /// The header can name it.
+    HeaderCan,
+    /// Only --scale can.
+    OnlyScale {
+        /// The channels whose samples are integers, counts of a converter.
+        counts: &'a [String],
+    },
+}
+
+impl Column {
+    /// `acc (m/s2)`, `acc [m/s2]`, `acc_m_s2` or plain `acc`.
+    pub(crate) fn from_header(cell: &str) -> Self {
+        let in_brackets = ['(', '['].into_iter().find_map(|open| {
+            let (name, rest) = cell.split_once(open)?;
+            Some((name.trim(), rest.trim_end_matches([')', ']']).trim()))
+        });
+        let at_its_end = || {
+            let mut units = ENDINGS.iter();
+            let (name, unit) =
+                units.find_map(|(ending, unit)| Some((cell.strip_suffix(ending)?, *unit)))?;
+            // Only times are in s and ms: a name may end in an s for other reasons.
+            (!["s", "ms"].contains(&unit) || is_time(name)).then_some((name, unit))
+        };
+        let parts = in_brackets.or_else(at_its_end);
+        let (name, unit) = match parts {
+            Some((name, unit)) if !name.is_empty() => (name, Some(unit.to_owned())),
+            _ => (cell, None),
+        };
+        Self {
+            name: name.into(),
+            unit,
+            values: Vec::new(),
+        }
+    }
+}
+
+/// The columns of a file whose rows were taken together.
+#[derive(Default)]
+pub(crate) struct Table {
+    pub(crate) columns: Vec<Column>,
+    /// The number of the column of moments, in s since the first one.
+    pub(crate) moments: Option<usize>,
+    /// The moment of the first row.
+    pub(crate) started_at: Option<StartTime>,
+    /// The rate that the file states, and where.
+    pub(crate) stated: Option<(String, SampleRate)>,
+    pub(crate) warnings: Vec<Warning>,
+}
+
+impl Table {
+    /// Adds a column of moments, in s since the first one; of several, the first is the time.
+    pub(crate) fn add_moments(&mut self, column: Column, start: Option<StartTime>) {
+        if self.moments.is_none() {
+            self.moments = Some(self.columns.len());
+            self.started_at = start.or(self.started_at.take());
+            let unit = Some("s".to_owned());
+            self.columns.push(Column { unit, ..column });
+        }
+    }
+
+    /// The recording of the columns, on the grid of their time.
+    pub(crate) fn recording(
+        mut self,
+        path: &Path,
+        options: &ReadOptions,
+    ) -> Result<Recording, ReadError> {
+        let named = self.columns.iter().position(|column| is_time(&column.name));
+        let time = named.or(self.moments).map(|at| {
+            self.warnings
+                .extend(without_copied_rows(&mut self.columns, at));
+            let time = self.columns[at].clone();
+            let mut number = 0..;
+            self.columns.retain(|_| {
+                number
+                    .next()
+                    .is_none_or(|k| k != at && Some(k) != self.moments)
+            });
+            time
+        });
+        let mut of_time = Vec::new();
+        let found = match (&time, &self.stated) {
+            (Some(time), Some((line, rate))) => {
+                Some(Ok(base_beside(path, time, (line, *rate), &mut of_time)))
+            }
+            (Some(time), None) => Some(base_of(path, time, &mut of_time)),
+            (None, Some((line, rate))) => {
+                let what = format!("the rate of {rate} is that of the line `{line}`");
+                of_time.push(Warning::from(RecordingWarning::Guessed { what }));
+                Some(Ok(TimeBase::even(*rate)))
+            }
+            (None, None) => None,
+        };
+        let base = choose_base(path, options.rate, found, &mut of_time)?;
+        self.warnings.append(&mut of_time);
+        let unnamed = WithoutUnit::HeaderCan;
+        let mut recording =
+            recording_of(path, self.columns, &base, self.warnings, options, unnamed)?;
+        recording.annotations.started_at = self.started_at;
+        Ok(recording)
+    }
+}
+
+/// Leaves out rows that repeat the row before them with its time stamp, where they are few, with a warning.
+fn without_copied_rows(columns: &mut [Column], time: usize) -> Option<Warning> {
+    let stamps = &columns[time].values;
+    let is_copy = |row: usize| {
+        let mut columns = columns.iter();
+        columns.all(|column| column.values[row] == column.values[row - 1])
+    };
+    let copies: Vec<usize> = (1..stamps.len())
+        .filter(|row| stamps[*row] == stamps[row - 1] && is_copy(*row))
+        .collect();
+    let stamp = *stamps.get(*copies.first()?)?;
+    if copies.len() > most_repeated(stamps.len()) {
+        return None;
+    }
+    for column in columns {
+        let mut row = 0;
+        column.values.retain(|_| {
+            row += 1;
+            copies.binary_search(&(row - 1)).is_err()
+        });
+    }
+    Some(Warning::from(RecordingWarning::Guessed {
+        what: format!(
+            "{} the row before with its time stamp {} left out (the first at {stamp})",
+            match copies.len() {
+                1 => "1 row that repeats".to_owned(),
+                count => format!("{count} rows that repeat"),
+            },
+            if copies.len() == 1 { "was" } else { "were" }
+        ),
+    }))
+}
+
+/// The recording of `columns` on the grid of `base`, in SI; `warnings` are those about it.
+pub(crate) fn recording_of(
+    path: &Path,
+    columns: Vec<Column>,
+    base: &TimeBase,
+    warnings: Vec<Warning>,
+    options: &ReadOptions,
+    unnamed: WithoutUnit<'_>,
+) -> Result<Recording, ReadError> {
+    let columns = columns.into_iter().map(|column| (column, 0)).collect();
+    let bases = [(base.clone(), Seconds(0.0))];
+    recording_of_bases(path, columns, &bases, warnings, options, unnamed)
+}
+
+/// As [`recording_of`], where every column has the number of its grid in `bases`, with the time of its first row.
+pub(crate) fn recording_of_bases(
+    path: &Path,
+    columns: Vec<(Column, usize)>,
+    bases: &[(TimeBase, Seconds)],
+    mut warnings: Vec<Warning>,
+    options: &ReadOptions,
+    unnamed: WithoutUnit<'_>,
+) -> Result<Recording, ReadError> {
+    let mut channels = Vec::with_capacity(columns.len());
+    let (mut without_unit, mut by_name, mut scaled) = (Vec::new(), Vec::new(), false);
+    let names: Vec<String> = columns
+        .iter()
+        .map(|(column, _)| column.name.clone())
+        .collect();
+    let counts = match unnamed {
+        WithoutUnit::HeaderCan => &[],
+        WithoutUnit::OnlyScale { counts } => counts,
+    };
+    for (column, number) in columns {
+        let (base, start_s) = &bases[number];
+        let clock = Clock {
+            rate_hz: base.rate,
+            start_s: *start_s,
+        };
+        let own = column
+            .unit
+            .as_deref()
+            .map(str::trim)
+            .filter(|unit| !unit.is_empty());
+        let stated = options
+            .units
+            .get(&column.name)
+            .map(|text| measure_or_unit(text));
+        let plain = (Unit::Other(String::new()), 1.0);
+        let scale = options.scale.as_ref();
+        let (unit, factor) = match (stated, own.map(Unit::parse), scale) {
+            (Some(stated), Some(own), _) if stated != own => {
+                return Err(unit_differs(path, &column.name, &own.0, &stated.0));
+            }
+            (Some(known), _, _) | (None, Some(known), _) => known,
+            (None, None, Some(scale)) if can_be(&column.name, &scale.unit) => {
+                scaled = true;
+                (scale.unit.clone(), scale.value)
+            }
+            (None, None, _) if options.is_drive || counts.contains(&column.name) => {
+                without_unit.push(column.name.clone());
+                plain
+            }
+            (None, None, _) if quantity_of(&column.name) == Some(Unit::Newton) => {
+                by_name.push(column.name.clone());
+                (Unit::Newton, 1.0)
+            }
+            (None, None, _) => {
+                without_unit.push(column.name.clone());
+                plain
+            }
+        };
+        let mut samples = column.values;
+        base.fill(&mut samples);
+        for sample in &mut samples {
+            *sample *= factor;
+        }
+        let name = column.name;
+        channels.push((
+            Channel {
+                name,
+                unit,
+                samples,
+            },
+            clock,
+        ));
+    }
+    if let WithoutUnit::OnlyScale { .. } = unnamed {
+        let warning = |channel: String| match counts.contains(&channel) {
+            true => RecordingWarning::Counts { channel },
+            false => RecordingWarning::Uncalibrated { channel },
+        };
+        let unscaled = without_unit.drain(..).filter(|_| !options.is_drive);
+        warnings.extend(unscaled.map(warning).map(Warning::from));
+    }
+    let mut guessed =
+        |what: String| warnings.push(Warning::from(RecordingWarning::Guessed { what }));
+    if let [first, others @ ..] = without_unit.as_slice() {
+        let others = if others.is_empty() {
+            String::new()
+        } else {
+            format!(" and {} more", others.len())
+        };
+        guessed(format!(
+            "channel `{first}`{others} has no unit and is read as numbers without unit (write `{first} (m/s2)` in the \
+             header, or give the value of 1 with --scale)"
+        ));
+    }
+    if let [first, ..] = by_name.as_slice() {
+        guessed(format!(
+            "`{}` without a unit {} read in N, as the name of a force (another unit: --scale \"{first}=mN\")",
+            by_name.join("`, `"),
+            if by_name.len() == 1 { "is" } else { "are" }
+        ));
+    }
+    if let (Some(scale), false) = (&options.scale, scaled) {
+        guessed(format!(
+            "the scale {scale} was not used: every channel has a unit, or a name of another quantity"
+        ));
+    }
+    if let Some(other) = options.units.keys().find(|name| !names.contains(name)) {
+        guessed(format!(
+            "the unit of `{other}` was not used: the channels are `{}`",
+            names.join("`, `")
+        ));
+    }
+    let provenance = Provenance {
+        source: path.display().to_string(),
+        ..Provenance::default()
+    };
+    let mut recording = Recording::with_clocks(channels, Condition::default(), provenance)
+        .map_err(ReadError::of(path))?;
+    recording.about.warnings = warnings;
+    let first_s = bases
+        .iter()
+        .map(|(_, start)| start.0)
+        .fold(f64::INFINITY, f64::min);
+    for (base, start) in bases {
+        base.note(&mut recording, start.0 - first_s);
+    }
+    Ok(recording)
+}
+
+fn unit_differs(path: &Path, name: &str, own: &Unit, stated: &Unit) -> ReadError {
+    ReadError::content(
+        path,
+        format!("the unit of `{name}` as the file states it, {own}"),
+        stated.symbol(),
+        "correct the one that is wrong",
+    )
+}
+
+/// The unit of what a channel's name says that it is; a torque has none of those that a scale has.
+fn quantity_of(name: &str) -> Option<Unit> {
+    let plain: String = name
+        .to_lowercase()
+        .chars()
+        .filter(|c| c.is_alphanumeric())
+        .collect();
+    let of_force = [
+        "",
+        "x",
+        "y",
+        "z",
+        "n",
+        "t",
+        "normal",
+        "tangential",
+        "shear",
+        "friction",
+        "contact",
+        "grip",
+    ];
+    let rest = plain.replacen("force", "", 1);
+    let is_force = plain.contains("force") && of_force.contains(&rest.as_str());
+    let is_torque = plain.contains("torque") || plain.contains("moment");
+    match plain.as_str() {
+        "fx" | "fy" | "fz" | "fn" | "ft" => Some(Unit::Newton),
+        _ if is_force => Some(Unit::Newton),
+        "tx" | "ty" | "tz" | "mx" | "my" | "mz" => Some(Unit::Other("Nm".into())),
+        _ if is_torque => Some(Unit::Other("Nm".into())),
+        _ if plain.starts_with("acc") => Some(Unit::MetrePerSecondSquared),
+        _ if plain.starts_with("gyro") => Some(Unit::RadianPerSecond),
+        _ => None,
+    }
+}
+
+/// Whether a channel of this name can be in `unit`: a sensor's potential or digital samples always.
+fn can_be(name: &str, unit: &Unit) -> bool {
+    matches!(unit, Unit::Volt | Unit::FullScale) || quantity_of(name).is_none_or(|own| own == *unit)
+}

@@ -1,0 +1,642 @@
+//! Time columns, whatever file holds them: the rate that they stand for, the samples that are missing in them, and how far their
+//! time stamps lie from the even grid on which the samples are read.
+
+use std::path::Path;
+
+use piezotact::Warning;
+use piezotact::number::digits;
+use piezotact::quantity::{SampleRate, Unit};
+use piezotact::recording::{LostBy, Recording, RecordingWarning, Stated, Steps};
+use piezotact::series::is_sample;
+use piezotact::statistics::median;
+
+use crate::columns::Column;
+use crate::error::ReadError;
+
+/// Names under which a column holds the time.
+const NAMES: [&str; 7] = [
+    "time",
+    "t",
+    "timestamp",
+    "time stamp",
+    "datetime",
+    "zeit",
+    "temps",
+];
+/// Repeated time stamps up to this share of all rows are slips of the clock.
+const MOST_REPEATED: f64 = 1e-3;
+/// The tolerance for evenly spaced time steps, as a share of the usual step.
+const EVEN: f64 = 0.01;
+/// Steps that differ by more than this share from the usual one are no jitter, unless half a step is within that of the others.
+const BREAK: f64 = 0.05;
+/// The same for files in which many steps do.
+const GAP: f64 = 0.25;
+/// Breaks up to this share of all steps are places at which samples were lost.
+const MOST_BREAKS: f64 = 0.02;
+/// Missing samples up to this share of those that are there are filled.
+const MOST_MISSING: f64 = 0.5;
+/// How far a gap may be from whole steps, in steps, to be one of samples that were lost on a clock that ran on.
+const WHOLE: f64 = 0.1;
+/// How far a rate from rounded time stamps may lie from a whole number to be taken for it.
+const ROUNDED: f64 = 2e-6;
+/// The rate that a file states and that of its times may differ by this share: times in single precision do.
+const SAME_RATE: f64 = 1e-3;
+/// Time stamps farther than this from their grid are a warning, in samples.
+const FAR: f64 = 0.5;
+
+/// Whether `name` is that of a time column.
+pub(crate) fn is_time(name: &str) -> bool {
+    NAMES.contains(&name.to_lowercase().as_str())
+}
+
+/// How many time stamps of so many may be repeated.
+pub(crate) fn most_repeated(stamps: usize) -> usize {
+    ((stamps as f64 * MOST_REPEATED) as usize).max(1)
+}
+
+/// The even grid on which the rows of a table lie.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct TimeBase {
+    pub(crate) rate: SampleRate,
+    /// Rows before which samples are missing, and how many.
+    gaps: Vec<(usize, usize)>,
+    /// The largest distance of a time stamp from the grid, in samples.
+    residual: f64,
+    rows: usize,
+}
+
+impl TimeBase {
+    /// Rows without a gap.
+    pub(crate) fn even(rate: SampleRate) -> Self {
+        Self {
+            rate,
+            gaps: Vec::new(),
+            residual: 0.0,
+            rows: 0,
+        }
+    }
+
+    fn missing(&self) -> usize {
+        self.gaps.iter().map(|(_, count)| count).sum()
+    }
+
+    /// Puts straight lines in the place of the missing samples of a channel.
+    pub(crate) fn fill(&self, samples: &mut Vec<f64>) {
+        if self.gaps.is_empty() {
+            return;
+        }
+        let mut filled = Vec::with_capacity(samples.len() + self.missing());
+        let mut from = 0;
+        for &(row, count) in &self.gaps {
+            let (Some(part), Some(next)) = (samples.get(from..row), samples.get(row)) else {
+                break;
+            };
+            filled.extend_from_slice(part);
+            let last = part.last().copied().unwrap_or(*next);
+            let line = |k: usize| last + (next - last) * k as f64 / (count + 1) as f64;
+            filled.extend((1..=count).map(line));
+            from = row;
+        }
+        filled.extend_from_slice(&samples[from..]);
+        *samples = filled;
+    }
+
+    /// Notes in a recording what was filled in its channels that begin `start_s` after it.
+    pub(crate) fn note(&self, recording: &mut Recording, start_s: f64) {
+        if self.gaps.is_empty() {
+            return;
+        }
+        let mut before = 0;
+        let places = self.gaps.iter().map(|&(row, count)| {
+            let from = row + before;
+            before += count;
+            [from, from + count].map(|at| start_s + self.rate.duration_of(at).0)
+        });
+        let places_s: Vec<[f64; 2]> = places.collect();
+        let longest = self.gaps.iter().map(|(_, count)| *count).max();
+        let losses = &mut recording.about.provenance.losses;
+        losses.samples += self.missing() as u64;
+        losses.stretches_s.extend_from_slice(&places_s);
+        recording
+            .about
+            .warnings
+            .push(Warning::from(RecordingWarning::SamplesLost {
+                by: LostBy::Device {
+                    gaps: self.gaps.len(),
+                    samples: self.missing() as u64,
+                    longest_s: self.rate.duration_of(longest.unwrap_or(0)).0,
+                    places_s,
+                },
+            }));
+    }
+
+    /// Whether rows at `rate` stay within half a sample of these, or within what these are known to.
+    fn agrees(&self, rate: SampleRate) -> bool {
+        let off = (self.rate.hz() / rate.hz() - 1.0).abs();
+        match self.rows {
+            // A header states it with few digits.
+            0 => off <= SAME_RATE,
+            rows => off * (rows + self.missing()) as f64 <= FAR + self.residual.min(1.0),
+        }
+    }
+}
+
+/// The rate that is stated, or else the grid that was found; a warning where they differ.
+pub(crate) fn choose_base(
+    path: &Path,
+    stated: Option<SampleRate>,
+    found: Option<Result<TimeBase, ReadError>>,
+    warnings: &mut Vec<Warning>,
+) -> Result<TimeBase, ReadError> {
+    match (stated, found) {
+        (Some(stated), found) => {
+            // Warnings about time stamps that are not used are irrelevant.
+            warnings.clear();
+            let said = match found {
+                None => None,
+                Some(Ok(found)) if !found.agrees(stated) => Some(RecordingWarning::StatedDiffers {
+                    what: Stated::Rate {
+                        stated_hz: stated.hz(),
+                        found_hz: found.rate.hz(),
+                    },
+                }),
+                Some(Ok(found)) if !found.gaps.is_empty() => Some(RecordingWarning::Guessed {
+                    what: format!(
+                        "the time stamps lack {} samples at {} places; the stated rate was used, and the rows are read as evenly sampled",
+                        found.missing(),
+                        found.gaps.len()
+                    ),
+                }),
+                Some(Ok(_)) => None,
+                Some(Err(error)) => Some(RecordingWarning::Guessed {
+                    what: format!(
+                        "the time column was not used; the stated rate was used ({error})"
+                    ),
+                }),
+            };
+            warnings.extend(said.map(Warning::from));
+            Ok(TimeBase::even(stated))
+        }
+        (None, Some(found)) => found,
+        (None, None) => Err(ReadError::content(
+            path,
+            "a time column, or a rate",
+            "neither",
+            "give the rate with --rate, for example --rate 5000",
+        )),
+    }
+}
+
+/// The grid of a file that states a rate beside its times: at that rate where the times agree with it, with a warning at that of the
+/// times where they do not.
+pub(crate) fn base_beside(
+    path: &Path,
+    time: &Column,
+    (name, stated): (&str, SampleRate),
+    warnings: &mut Vec<Warning>,
+) -> TimeBase {
+    let mut of_time = Vec::new();
+    let said = match base_of(path, time, &mut of_time) {
+        Ok(found) => {
+            // Time without a unit may be in s, ms or µs: the one that agrees is meant.
+            let units: &[f64] = match time.unit {
+                None => &[1.0, 1e3, 1e6, 1e-3],
+                Some(_) => &[1.0],
+            };
+            let ratio = found.rate.hz() / stated.hz();
+            let agrees = |unit: &&f64| (ratio * **unit - 1.0).abs() <= SAME_RATE;
+            match units.iter().find(agrees) {
+                Some(unit) => {
+                    let off = (ratio * unit - 1.0).abs() * found.rows as f64;
+                    if found.residual.max(off) > FAR {
+                        warnings.extend(far(time, found.residual.max(off), stated));
+                    }
+                    return TimeBase {
+                        rate: stated,
+                        ..found
+                    };
+                }
+                None => {
+                    warnings.append(&mut of_time);
+                    let what = format!(
+                        "`{name}` states {stated}, `{}` gives {} Hz: the second was used",
+                        time.name,
+                        digits(found.rate.hz())
+                    );
+                    warnings.push(Warning::from(RecordingWarning::Guessed { what }));
+                    return found;
+                }
+            }
+        }
+        Err(error) => format!(
+            "the rate is that of `{name}`; `{}` was not used ({error})",
+            time.name
+        ),
+    };
+    warnings.push(Warning::from(RecordingWarning::Guessed { what: said }));
+    TimeBase::even(stated)
+}
+
+/// The warning that the rows lie up to so many samples from the times at which they were taken.
+fn far(time: &Column, residual: f64, rate: SampleRate) -> Option<Warning> {
+    Some(Warning::from(RecordingWarning::Guessed {
+        what: format!(
+            "the rows are read as evenly sampled at {} Hz, and time stamps of `{}` lie up to {} samples ({} ms) from there",
+            digits(rate.hz()),
+            time.name,
+            digits(residual),
+            digits(1e3 * residual / rate.hz())
+        ),
+    }))
+}
+
+/// The grid that a time column stands for.
+pub(crate) fn base_of(
+    path: &Path,
+    time: &Column,
+    warnings: &mut Vec<Warning>,
+) -> Result<TimeBase, ReadError> {
+    let times = &time.values;
+    if times.len() < 2 {
+        let todo = "record longer, or give --rate";
+        return Err(ReadError::content(path, "two rows or more", "one", todo));
+    }
+    if let Some(at) = times.iter().position(|one| !is_sample(*one)) {
+        return Err(ReadError::content(
+            path,
+            format!("a time in every row of `{}`", time.name),
+            format!("{} in row {} below the header", times[at], at + 1),
+            "repair or cut that row",
+        ));
+    }
+    let steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let repeated = repeated_stamps(path, time, &steps)?;
+    let mut forward: Vec<f64> = steps.iter().copied().filter(|step| *step > 0.0).collect();
+    let Some(usual) = median(&mut forward) else {
+        return Err(ReadError::content(
+            path,
+            format!("`{}` to increase from row to row", time.name),
+            format!("{} in every row", times[0]),
+            "export the time with more digits, or give --rate to read the rows as evenly sampled",
+        ));
+    };
+    warnings.extend(repeats_warning(time, &repeated));
+    let times = without_slips(times, &repeated, usual);
+    let steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let rows = Rows {
+        times: &times,
+        steps: &steps,
+    };
+    let is_rounded = rows.are_rounded(usual);
+    let breaks = match is_rounded {
+        true => Vec::new(),
+        false => (rows.breaks(usual)).map_err(|at| broken(path, time, usual, at))?,
+    };
+    let grid = rows.grid(&breaks, usual);
+    let most = times.len() as f64 * MOST_MISSING;
+    if let Some((row, _)) = grid.gaps.iter().max_by_key(|(_, count)| *count)
+        && grid
+            .gaps
+            .iter()
+            .map(|(_, count)| *count as f64)
+            .sum::<f64>()
+            > most
+    {
+        return Err(broken(path, time, usual, row - 1));
+    }
+    let to_seconds = seconds_per_unit(path, time, grid.period, warnings)?;
+    let worst = steps
+        .iter()
+        .enumerate()
+        .filter(|(_, step)| **step > 0.0)
+        .map(|(at, step)| {
+            let wanted = grid.gaps.iter().find(|(row, _)| *row == at + 1);
+            (step / usual - wanted.map_or(1.0, |(_, count)| 1.0 + *count as f64)).abs()
+        })
+        .fold(0.0, f64::max);
+    if worst > EVEN && !is_rounded {
+        warnings.push(Warning::from(RecordingWarning::UnevenSteps {
+            worst,
+            of: Steps::Time,
+        }));
+    }
+    // Time stamps are rounded to the digits of the table: a rate that close to a whole number is one.
+    let found_hz = 1.0 / (grid.period * to_seconds);
+    let off = (found_hz.round() / found_hz - 1.0).abs();
+    let close = off <= ROUNDED && off * times.len() as f64 <= FAR;
+    let of_whole = 1.0 / (found_hz.round() * to_seconds);
+    let whole = close || is_rounded && off <= SAME_RATE && rows.fit(of_whole);
+    let rate_hz = if whole { found_hz.round() } else { found_hz };
+    let rate = SampleRate::new(rate_hz).map_err(ReadError::of(path))?;
+    if grid.residual > FAR {
+        warnings.extend(far(time, grid.residual, rate));
+    }
+    Ok(TimeBase {
+        rate,
+        gaps: grid.gaps,
+        residual: grid.residual,
+        rows: times.len(),
+    })
+}
+
+fn broken(path: &Path, time: &Column, usual: f64, at: usize) -> ReadError {
+    ReadError::content(
+        path,
+        format!(
+            "`{}` to increase in steps of about {}",
+            time.name,
+            digits(usual)
+        ),
+        format!(
+            "a step from {} to {}",
+            time.values[at],
+            time.values.get(at + 1).unwrap_or(&f64::NAN)
+        ),
+        "rows are missing or the clock changed: cut the recording there, or give --rate to read it as evenly sampled",
+    )
+}
+
+/// Time stamps and the steps between them.
+#[derive(Clone, Copy)]
+struct Rows<'a> {
+    times: &'a [f64],
+    steps: &'a [f64],
+}
+
+/// The grid on which rows lie, in the unit of their times.
+struct Grid {
+    period: f64,
+    gaps: Vec<(usize, usize)>,
+    residual: f64,
+}
+
+impl<'a> Rows<'a> {
+    /// The rows before which the clock jumped. An error with a step where there are so many jumps that the rows have no grid.
+    fn breaks(self, usual: f64) -> Result<Vec<usize>, usize> {
+        let mut off: Vec<f64> = self.steps.iter().map(|step| (step - usual).abs()).collect();
+        let spread = 1.4826 * median(&mut off).unwrap_or(0.0);
+        let most = ((self.steps.len() as f64 * MOST_BREAKS) as usize).max(3);
+        let beyond = |limit: f64| -> Vec<usize> {
+            let steps = self.steps.iter().enumerate();
+            let found = steps.filter(|(_, step)| (*step - usual).abs() > limit);
+            found.map(|(at, _)| at + 1).collect()
+        };
+        let wild = beyond(GAP * usual);
+        if wild.len() > most {
+            return Err(wild[0] - 1);
+        }
+        let limit = (8.0 * spread).clamp(BREAK * usual, 0.5 * usual);
+        let found = beyond(limit);
+        Ok(if found.len() > most { wild } else { found })
+    }
+
+    /// Whether rounded times are those of an even clock of this period.
+    fn fit(self, period: f64) -> bool {
+        let range = |values: &mut dyn Iterator<Item = f64>| {
+            let (least, most) = values.fold((f64::MAX, f64::MIN), |(least, most), value| {
+                (least.min(value), most.max(value))
+            });
+            most - least
+        };
+        let times = self.times.iter().enumerate();
+        let off = range(&mut times.map(|(k, time)| time - self.times[0] - period * k as f64));
+        off <= range(&mut self.steps.iter().copied()) * (1.0 + 1e-3)
+    }
+
+    /// Whether the times are those of an even clock, rounded: their steps take two values that differ by a unit of a decimal, and
+    /// all lie within that of a line.
+    fn are_rounded(self, usual: f64) -> bool {
+        let (least, most) = self
+            .steps
+            .iter()
+            .fold((f64::MAX, 0.0_f64), |(low, high), step| {
+                (low.min(*step), high.max(*step))
+            });
+        let unit = most - least;
+        let place = unit.log10();
+        let is_at = |step: f64, value: f64| (step - value).abs() <= 1e-3 * unit;
+        if unit > usual * (1.0 + 1e-6)
+            || !(place.is_finite() && (place - place.round()).abs() < 1e-3)
+        {
+            return false;
+        }
+        if !self
+            .steps
+            .iter()
+            .all(|step| is_at(*step, least) || is_at(*step, most))
+        {
+            return false;
+        }
+        let long = self.steps.iter().filter(|step| is_at(**step, most)).count();
+        let rare = long.min(self.steps.len() - long) as f64;
+        let line = self.on(&[0], &[0], None);
+        (unit < 0.5 * usual || rare > 0.05 * self.steps.len() as f64)
+            && line.residual * line.period <= unit * (1.0 + 1e-3)
+    }
+
+    /// The grid of rows whose clock jumped before `breaks`.
+    fn grid(self, breaks: &[usize], usual: f64) -> Grid {
+        let starts: Vec<usize> = std::iter::once(0).chain(breaks.iter().copied()).collect();
+        if breaks.is_empty() {
+            return self.on(&starts, &[0], None);
+        }
+        let lines: Vec<Line> = self.segments(&starts).map(Line::of).collect();
+        let (xx, xy) = lines
+            .iter()
+            .fold((0.0, 0.0), |(xx, xy), l| (xx + l.xx, xy + l.xy));
+        let period = if xx > 0.0 { xy / xx } else { usual };
+        let first = |k: usize| lines[k].mean - period * 0.5 * (lines[k].count - 1) as f64;
+        // Gaps of whole steps are counted one by one; others lie where the clock says.
+        let mut whole = true;
+        let (mut chained, mut nearest) = (vec![0_usize], vec![0_usize]);
+        for k in 1..lines.len() {
+            let before = lines[k - 1].count;
+            let gap = (first(k) - first(k - 1)) / period - (before - 1) as f64;
+            whole &= (gap - gap.round()).abs() <= WHOLE && gap > 0.5;
+            chained.push(chained[k - 1] + before - 1 + gap.round().max(1.0) as usize);
+            let place = ((first(k) - first(0)) / period).round().max(0.0) as usize;
+            nearest.push(place.max(nearest[k - 1] + before));
+        }
+        match whole {
+            true => self.on(&starts, &chained, None),
+            false => self.on(&starts, &nearest, Some(period)),
+        }
+    }
+
+    fn segments<'s>(self, starts: &'s [usize]) -> impl Iterator<Item = &'a [f64]> + use<'a, 's> {
+        let ends = starts.iter().skip(1).copied().chain([self.times.len()]);
+        starts
+            .iter()
+            .zip(ends)
+            .map(|(from, to)| &self.times[*from..to])
+    }
+
+    /// The grid on which the segments at `starts` begin at `places`, of this `period` or else of the one that fits best.
+    fn on(self, starts: &[usize], places: &[usize], period: Option<f64>) -> Grid {
+        let mut place = Vec::with_capacity(self.times.len());
+        for (segment, first) in self.segments(starts).zip(places) {
+            place.extend((0..segment.len()).map(|k| (first + k) as f64));
+        }
+        let count = place.len() as f64;
+        let mean = |values: &mut dyn Iterator<Item = f64>| values.sum::<f64>() / count;
+        let at = mean(&mut place.iter().copied());
+        let origin = self.times[0];
+        let of = origin + mean(&mut self.times.iter().map(|time| time - origin));
+        let pairs = || place.iter().zip(self.times);
+        let period = period.unwrap_or_else(|| {
+            let (xx, xy) = pairs().fold((0.0, 0.0), |(xx, xy), (x, t)| {
+                (xx + (x - at) * (x - at), xy + (x - at) * (t - of))
+            });
+            xy / xx
+        });
+        let residual = pairs()
+            .map(|(x, t)| ((t - of) / period - (x - at)).abs())
+            .fold(0.0, f64::max);
+        let gaps = starts.iter().enumerate().skip(1).filter_map(|(k, row)| {
+            let before = places[k - 1] + (row - starts[k - 1]);
+            let missing = places[k].saturating_sub(before);
+            (missing > 0).then_some((*row, missing))
+        });
+        Grid {
+            period,
+            gaps: gaps.collect(),
+            residual,
+        }
+    }
+}
+
+/// The sums of a line through the times of one segment.
+struct Line {
+    count: usize,
+    mean: f64,
+    xx: f64,
+    xy: f64,
+}
+
+impl Line {
+    fn of(times: &[f64]) -> Self {
+        let count = times.len();
+        let origin = times[0];
+        let mean = origin + times.iter().map(|time| time - origin).sum::<f64>() / count as f64;
+        let middle = 0.5 * (count - 1) as f64;
+        let sums = times
+            .iter()
+            .enumerate()
+            .fold((0.0, 0.0), |(xx, xy), (k, time)| {
+                let x = k as f64 - middle;
+                (xx + x * x, xy + x * (time - mean))
+            });
+        Self {
+            count,
+            mean,
+            xx: sums.0,
+            xy: sums.1,
+        }
+    }
+}
+
+/// Where `steps` repeat a time stamp; an error where the time does not increase.
+fn repeated_stamps(path: &Path, time: &Column, steps: &[f64]) -> Result<Vec<usize>, ReadError> {
+    if let Some(at) = steps.iter().position(|step| *step < 0.0) {
+        return Err(ReadError::content(
+            path,
+            format!("`{}` to increase from row to row", time.name),
+            format!(
+                "{} after {} in row {at} below the header",
+                time.values[at + 1],
+                time.values[at],
+                at = at + 2
+            ),
+            "if rows are out of order, sort them by time; if the clock was set back, cut the recording there; or give --rate to \
+             read the rows as evenly sampled",
+        ));
+    }
+    let repeated: Vec<usize> = (0..steps.len()).filter(|at| steps[*at] == 0.0).collect();
+    if repeated.len() > most_repeated(time.values.len()) {
+        let at = repeated[0];
+        return Err(ReadError::content(
+            path,
+            format!("`{}` to increase from row to row", time.name),
+            format!(
+                "{} again in row {} below the header, and {} stamps that are repeated in all",
+                time.values[at + 1],
+                at + 2,
+                repeated.len()
+            ),
+            "export the time with more digits, or give --rate to read the rows as evenly sampled",
+        ));
+    }
+    Ok(repeated)
+}
+
+/// What 1 in a time column is in s: by its unit, or else guessed from its `mean` step.
+fn seconds_per_unit(
+    path: &Path,
+    time: &Column,
+    mean: f64,
+    warnings: &mut Vec<Warning>,
+) -> Result<f64, ReadError> {
+    Ok(match time.unit.as_deref().map(Unit::parse) {
+        Some((Unit::Second, factor)) => factor,
+        Some((unit, _)) if unit != Unit::Other(String::new()) => {
+            return Err(ReadError::content(
+                path,
+                format!("`{}` in s, ms or µs", time.name),
+                unit.symbol().to_owned(),
+                "correct its unit, or give --rate",
+            ));
+        }
+        _ => {
+            // Whole numbers that step by more than one are milliseconds; anything else is seconds.
+            let whole = time.values.iter().all(|t| t.fract() == 0.0) && mean > 1.0;
+            let (unit, factor) = if whole {
+                ("milliseconds", 1e-3)
+            } else {
+                ("seconds", 1.0)
+            };
+            warnings.push(Warning::from(RecordingWarning::Guessed {
+                what: format!(
+                    "`{}` has no unit and is read as {unit} (mean step {})",
+                    time.name,
+                    digits(mean)
+                ),
+            }));
+            factor
+        }
+    })
+}
+
+/// The times with those that repeat the one before in place of their own put back between their neighbours: a double step is beside
+/// them.
+fn without_slips(times: &[f64], repeated: &[usize], usual: f64) -> Vec<f64> {
+    let mut mended = times.to_vec();
+    for &at in repeated {
+        let between = |row: usize| {
+            let (before, after) = (mended.get(row.checked_sub(1)?)?, mended.get(row + 1)?);
+            let room = after - before;
+            ((room / (2.0 * usual) - 1.0).abs() <= GAP).then_some((row, before + 0.5 * room))
+        };
+        if let Some((row, time)) = between(at + 1).or_else(|| between(at)) {
+            mended[row] = time;
+        }
+    }
+    mended
+}
+
+/// What is to be said of repeated time stamps.
+fn repeats_warning(time: &Column, repeated: &[usize]) -> Option<Warning> {
+    let stamp = time.values.get(*repeated.first()?)?;
+    Some(Warning::from(RecordingWarning::Guessed {
+        what: format!(
+            "{} repeated in `{}` (the first: {stamp}); the rows are read as evenly sampled",
+            match repeated.len() {
+                1 => "1 time stamp is".to_owned(),
+                count => format!("{count} time stamps are"),
+            },
+            time.name
+        ),
+    }))
+}
+
+#[cfg(test)]
+mod tests;
