@@ -6,12 +6,13 @@ use std::path::Path;
 
 use piezotact::Warning;
 use piezotact::quantity::{SampleRate, Seconds, Unit};
-use piezotact::recording::{Clock, Recording, RecordingWarning, StartTime};
+use piezotact::recording::{Recording, RecordingWarning, StartTime};
 
-use crate::csv_table::{Column, WithoutUnit, choose_rate, recording_of_clocks};
+use crate::columns::{Column, WithoutUnit, recording_of_bases};
 use crate::error::ReadError;
 use crate::open::ReadOptions;
 use crate::stored::{ByteOrder, Stored};
+use crate::time_column::{TimeBase, choose_base};
 
 /// What stands for a sample of an amplifier that is overloaded or has no sensor.
 const OVERLOAD: f64 = -1e6;
@@ -163,7 +164,8 @@ pub(crate) fn parse_catman(
         ));
     }
     reader.at = offset;
-    let (mut columns, mut left_out, mut warnings) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut columns, mut bases) = (Vec::new(), Vec::new());
+    let (mut left_out, mut warnings) = (Vec::new(), Vec::new());
     let mut began = None;
     for header in headers {
         let stored = match header.format {
@@ -201,17 +203,16 @@ pub(crate) fn parse_catman(
             _ if values.is_empty() => left_out.push(format!("`{}` (no samples)", header.name)),
             0 => {
                 let found = SampleRate::new(1e3 / header.step_ms).map_err(ReadError::of(path));
-                let clock = Clock {
-                    rate_hz: choose_rate(path, options.rate, Some(found), &mut warnings)?,
-                    start_s: Seconds(0.0),
-                };
+                let found = found.map(TimeBase::even);
+                let base = choose_base(path, options.rate, Some(found), &mut warnings)?;
+                bases.push((base, Seconds(0.0)));
                 began = began.or_else(|| start_time(header.began_day));
                 let column = Column {
                     name: header.name,
                     unit: Some(header.unit),
                     values,
                 };
-                columns.push((column, clock));
+                columns.push((column, bases.len() - 1));
             }
             overloads => left_out.push(format!(
                 "`{}` ({overloads} of {} samples are -1000000, the code of an overload or of an open input)",
@@ -239,7 +240,7 @@ pub(crate) fn parse_catman(
         }));
     }
     let unnamed = WithoutUnit::OnlyScale { counts: &[] };
-    let mut recording = recording_of_clocks(path, columns, warnings, options, unnamed)?;
+    let mut recording = recording_of_bases(path, columns, &bases, warnings, options, unnamed)?;
     recording.annotations.started_at = began;
     Ok(recording)
 }

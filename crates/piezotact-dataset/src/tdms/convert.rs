@@ -5,17 +5,18 @@ use std::path::Path;
 use piezotact::Warning;
 use piezotact::number::counted;
 use piezotact::quantity::{SampleRate, Seconds, Unit};
-use piezotact::recording::{Clock, Recording, RecordingWarning, StartTime};
+use piezotact::recording::{Recording, RecordingWarning, StartTime};
 
 use super::index::Kind;
 use super::layout::Object;
 use super::property::{Properties, Property, Stamp, Start};
 use super::samples::{File, Values};
 use super::scale::Chain;
-use crate::csv_table::{Column, WithoutUnit, choose_rate, is_time, rate_of, recording_of_clocks};
+use crate::columns::{Column, WithoutUnit, recording_of_bases};
 use crate::error::ReadError;
 use crate::lvm;
 use crate::open::ReadOptions;
+use crate::time_column::{TimeBase, base_of, choose_base, is_time};
 
 /// More names than this are not listed in a warning.
 const MOST_NAMED: usize = 6;
@@ -146,14 +147,16 @@ pub(super) fn recording_of(
         )));
     }
     let mut columns = Vec::new();
+    let mut bases = Vec::new();
     let mut counts = Vec::new();
     for group in groups {
         let times = group.times.and_then(|at| parts.times.get(at));
         one_length(path, &group, times.filter(|_| !is_cut))?;
         let found = match (times, group.signals[0].step_s) {
-            (Some(times), _) => Some(rate_of(path, &times.column, &mut of_rate)),
+            (Some(times), _) => Some(base_of(path, &times.column, &mut of_rate)),
             (None, Some(step_s)) => {
-                Some(SampleRate::new(1.0 / step_s).map_err(ReadError::of(path)))
+                let rate = SampleRate::new(1.0 / step_s).map_err(ReadError::of(path));
+                Some(rate.map(TimeBase::even))
             }
             (None, None) => None,
         };
@@ -163,20 +166,18 @@ pub(super) fn recording_of(
             (None, None) => group.offset_s(&parts.times),
             _ => 0.0,
         };
-        let clock = Clock {
-            rate_hz: choose_rate(path, options.rate, found, &mut of_rate)?,
-            start_s: Seconds(start_s),
-        };
+        let base = choose_base(path, options.rate, found, &mut of_rate)?;
+        bases.push((base, Seconds(start_s)));
         for signal in group.signals {
             if signal.is_count {
                 counts.push(signal.column.name.clone());
             }
-            columns.push((signal.column, clock));
+            columns.push((signal.column, bases.len() - 1));
         }
     }
     of_rate.append(&mut warnings);
     let unnamed = WithoutUnit::OnlyScale { counts: &counts };
-    let mut recording = recording_of_clocks(path, columns, of_rate, options, unnamed)?;
+    let mut recording = recording_of_bases(path, columns, &bases, of_rate, options, unnamed)?;
     recording.annotations.started_at = earliest;
     recording.annotations.labels = labels;
     recording.about.provenance.losses.is_interrupted = is_cut;
