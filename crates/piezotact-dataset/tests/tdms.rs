@@ -459,6 +459,10 @@ fn channels_come_go_and_come_again() {
         (clocks(&read)[0], said(&read).as_str()),
         ((1000.0, 0.0, 9), "")
     );
+    // A channel that is named before it has samples and a type, and again behind them.
+    let nothing = || segment(META, &[object("/'g'/'a'", &samples_of(0, 0), &[])], &[]);
+    let read = parse(&[nothing(), plain(), nothing()].concat(), None).unwrap();
+    assert_eq!(samples(&read, "a"), [1.0, 2.0, 3.0]);
     // A file without a whole last chunk, whose segment says so: less of every channel.
     let objects = [
         object(

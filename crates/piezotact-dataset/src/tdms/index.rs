@@ -106,7 +106,15 @@ impl Index {
         // A channel that never held a sample may have no type.
         let kind = match Kind::of(code) {
             Some(kind) => kind,
-            None if code == 0 && count == 0 => Kind::Truth,
+            None if code == 0 && count == 0 => {
+                return Ok(Self {
+                    code,
+                    count,
+                    bytes: 0,
+                    parts: Vec::new(),
+                    widths: Vec::new(),
+                });
+            }
             None => {
                 let name = match code {
                     0xB | 0x1B => "extended floats (80 bits)".to_owned(),

@@ -13,6 +13,8 @@ use crate::stored::ByteOrder;
 const LEAD_IN: u64 = 28;
 /// More objects than this are no channels.
 const MOST_OBJECTS: usize = 8192;
+/// The type of a channel that holds no samples yet.
+const NO_TYPE: u64 = 0;
 /// The bits of the table of contents of a segment.
 const META: u64 = 1 << 1;
 const NEW_LIST: u64 = 1 << 2;
@@ -382,6 +384,10 @@ impl<'p, R: Read + Seek> Walk<'p, R> {
         };
         let object = &mut self.objects[number];
         let before = object.index.as_ref().map(|index| index.code);
+        let before = before.filter(|code| *code != NO_TYPE);
+        if index.code == NO_TYPE && before.is_some() {
+            return Ok(false);
+        }
         if before.is_some_and(|before| before != index.code) {
             let expected = format!(
                 "samples of one type in all segments of `{}`",

@@ -25,7 +25,7 @@ use crate::open::ReadOptions;
 
 /// Whether `head` begins as a TDMS file or its index does.
 #[must_use]
-pub fn looks_like_tdms(head: &[u8]) -> bool {
+pub(crate) fn looks_like_tdms(head: &[u8]) -> bool {
     head.starts_with(b"TDSm") || head.starts_with(b"TDSh")
 }
 
