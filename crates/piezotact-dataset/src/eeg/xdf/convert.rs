@@ -326,8 +326,10 @@ fn signals(
         };
         (channel, clock)
     });
-    let filled = lost
-        .iter()
-        .map(|lost| (times[lost.at - 1], times[lost.at], lost.samples));
+    let step_s = 1.0 / rate_hz.hz();
+    let filled = lost.iter().map(|lost| {
+        let (before_s, after_s) = (times[lost.at - 1], times[lost.at]);
+        (before_s + step_s, after_s, lost.samples)
+    });
     Ok((named.collect(), filled.collect()))
 }
