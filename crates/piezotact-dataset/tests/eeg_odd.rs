@@ -150,7 +150,7 @@ fn lost_samples_change_no_rate_and_move_no_marker() {
         let [[from, to]] = losses.stretches_s[..] else {
             unreachable!("{losses:?}");
         };
-        let ends = [(from, 1249.0), (to, 1250.0 + count as f64)];
+        let ends = [(from, 1250.0), (to, 1250.0 + count as f64)];
         assert!(
             ends.iter().all(|(s, k)| (s - k / 250.0).abs() < 1e-6),
             "{from} {to}"

@@ -230,7 +230,7 @@ fn defects_of(recording: &Recording, channel: &Channel, clock: Clock) -> Defects
 
 /// Whether a channel of this name holds the codes of a trigger or the state of an amplifier, which are no signal: they rest and jump.
 ///
-/// Source: names that BioSemi, EDF+, MNE-Python and EEGLAB give them (`Status`, `TRIG`, `Trigger`, `STI 014`).
+/// Source: names that `BioSemi`, EDF+, MNE-Python and EEGLAB give them (`Status`, `TRIG`, `Trigger`, `STI 014`).
 #[must_use]
 pub fn holds_codes(name: &str) -> bool {
     let upper = name.to_ascii_uppercase();

@@ -278,6 +278,9 @@ fn is_signal(stream: &XdfStream) -> bool {
 /// From when to when straight lines stand in the place of samples, s, and of how many.
 type Filled = (f64, f64, usize);
 
+/// Channels with their clock, and what was filled in them.
+type Signals = (Vec<(Channel, Clock)>, Vec<Filled>);
+
 /// The channels of a piece of a stream, with their clock; named with `prefix`. Straight lines stand in the place of samples that were lost.
 fn signals(
     path: &Path,
@@ -285,7 +288,7 @@ fn signals(
     all: &[Channel],
     piece: &Range<usize>,
     prefix: &str,
-) -> Result<(Vec<(Channel, Clock)>, Vec<Filled>), ReadError> {
+) -> Result<Signals, ReadError> {
     let times = stream.time_s.get(piece.clone()).unwrap_or_default();
     let within = |lost: &&LostBefore| piece.start < lost.at && lost.at < piece.end;
     let lost: Vec<LostBefore> = (stream.lost.iter().filter(within))
@@ -326,8 +329,10 @@ fn signals(
         };
         (channel, clock)
     });
-    let filled = lost
-        .iter()
-        .map(|lost| (times[lost.at - 1], times[lost.at], lost.samples));
+    let step_s = 1.0 / rate_hz.hz();
+    let filled = lost.iter().map(|lost| {
+        let (before_s, after_s) = (times[lost.at - 1], times[lost.at]);
+        (before_s + step_s, after_s, lost.samples)
+    });
     Ok((named.collect(), filled.collect()))
 }
