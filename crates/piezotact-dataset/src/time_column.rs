@@ -76,6 +76,13 @@ impl TimeBase {
         }
     }
 
+    /// The time of a row since the first, s.
+    pub(crate) fn time_of(&self, row: usize) -> f64 {
+        let before = self.gaps.iter().take_while(|(at, _)| *at <= row);
+        let missing: usize = before.map(|(_, count)| count).sum();
+        self.rate.duration_of(row + missing).0
+    }
+
     fn missing(&self) -> usize {
         self.gaps.iter().map(|(_, count)| count).sum()
     }
