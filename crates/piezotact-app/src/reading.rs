@@ -200,7 +200,7 @@ mod tests {
     fn a_scale_is_that_of_all_channels_or_of_one() {
         let reading = Reading {
             scale: ["2 g", "fz=N", "a=b=2 mN", "200 m/s2"]
-                .map(|text| text.parse().unwrap())
+                .map(|text| text.parse::<Scale>().unwrap())
                 .into(),
             rate: None,
         };

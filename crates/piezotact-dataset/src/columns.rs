@@ -306,11 +306,14 @@ pub(crate) fn recording_of_bases(
              header, or give the value of 1 with --scale)"
         ));
     }
-    if let [first, ..] = by_name.as_slice() {
+    if let [first, others @ ..] = by_name.as_slice() {
+        let (verb, name) = match others {
+            [] => ("is", "its name is that of a force"),
+            _ => ("are", "their names are those of forces"),
+        };
         guessed(format!(
-            "`{}` without a unit {} read in N, as the name of a force (another unit: --scale \"{first}=mN\")",
-            by_name.join("`, `"),
-            if by_name.len() == 1 { "is" } else { "are" }
+            "`{}` without a unit {verb} read in N, as {name} (another unit: --scale \"{first}=mN\")",
+            by_name.join("`, `")
         ));
     }
     if let (Some(scale), false) = (&options.scale, scaled) {

@@ -1,4 +1,5 @@
 //! Tables as laboratories have them, in text and in Parquet. The Parquet files are those of `golden/tables.py`.
+#![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
 use std::path::{Path, PathBuf};
 
