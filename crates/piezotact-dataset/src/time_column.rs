@@ -33,7 +33,7 @@ const EVEN: f64 = 0.01;
 /// A step that differs by more than this share from the usual one is no jitter in any file.
 const GAP: f64 = 0.25;
 /// Missing samples up to this share of those that are there are filled.
-const MOST_MISSING: f64 = 0.5;
+pub(crate) const MOST_MISSING: f64 = 0.5;
 /// How far a rate from rounded time stamps may lie from a whole number to be taken for it.
 const ROUNDED: f64 = 2e-6;
 /// The rate that a file states and that of its times may differ by this share: times in single precision do.
@@ -65,9 +65,14 @@ pub(crate) struct TimeBase {
 impl TimeBase {
     /// Rows without a gap.
     pub(crate) fn even(rate: SampleRate) -> Self {
+        Self::with_gaps(rate, Vec::new())
+    }
+
+    /// Rows before some of which samples are missing, so many of each.
+    pub(crate) fn with_gaps(rate: SampleRate, gaps: Vec<(usize, usize)>) -> Self {
         Self {
             rate,
-            gaps: Vec::new(),
+            gaps,
             residual: 0.0,
             rows: 0,
         }
