@@ -191,3 +191,32 @@ fn no_texture(path: &Path, error: RecordingError) -> Failure {
         _ => Failure::Data(anyhow::Error::new(error).context(text.to_string())),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_scale_is_that_of_all_channels_or_of_one() {
+        let reading = Reading {
+            scale: ["2 g", "fz=N", "a=b=2 mN", "200 m/s2"]
+                .map(|text| text.parse::<Scale>().unwrap())
+                .into(),
+            rate: None,
+        };
+        assert_eq!(
+            reading.scale().map(ToString::to_string).as_deref(),
+            Some("200 m/s²")
+        );
+        let units: Vec<(String, String)> = reading.units().into_iter().collect();
+        let units: Vec<String> = units
+            .iter()
+            .map(|(of, unit)| format!("{of}: {unit}"))
+            .collect();
+        assert_eq!(units, ["a=b: 2 mN", "fz: N"]);
+        assert_eq!(reading.with_scale(None).scale(), None);
+        for wrong in ["fz=", "=N", "fz=banana", "fz=-1 N", "N"] {
+            assert!(wrong.parse::<Scale>().is_err(), "{wrong}");
+        }
+    }
+}

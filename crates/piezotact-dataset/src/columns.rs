@@ -1,8 +1,10 @@
 //! Columns of numbers as the channels of a recording, whatever file holds them.
 
+use std::ops::Range;
 use std::path::Path;
 
 use piezotact::Warning;
+use piezotact::number::counted;
 use piezotact::quantity::{SampleRate, Seconds, Unit};
 use piezotact::recording::{
     Channel, Clock, Condition, Provenance, Recording, RecordingWarning, StartTime,
@@ -206,6 +208,11 @@ pub(crate) fn recording_of_bases(
         .iter()
         .map(|(column, _)| column.name.clone())
         .collect();
+    let first_s = bases
+        .iter()
+        .map(|(_, start)| start.0)
+        .fold(f64::INFINITY, f64::min);
+    let mut lost_s = Vec::new();
     let counts = match unnamed {
         WithoutUnit::HeaderCan => &[],
         WithoutUnit::OnlyScale { counts } => counts,
@@ -250,6 +257,20 @@ pub(crate) fn recording_of_bases(
             }
         };
         let mut samples = column.values;
+        if let Some((code, spans)) = without_codes(&mut samples) {
+            let at_s = |row: usize| start_s.0 - first_s + base.time_of(row);
+            let lost = spans.iter().map(|span| [at_s(span.start), at_s(span.end)]);
+            lost_s.extend(lost);
+            let rows: usize = spans.iter().map(ExactSizeIterator::len).sum();
+            warnings.push(Warning::from(RecordingWarning::Guessed {
+                what: format!(
+                    "`{}` holds {code:e} in {} from {:.3} s on, a code for no data: straight lines are in its place",
+                    column.name,
+                    counted(rows, "row"),
+                    spans.first().map_or(0.0, |span| at_s(span.start))
+                ),
+            }));
+        }
         base.fill(&mut samples);
         for sample in &mut samples {
             *sample *= factor;
@@ -285,11 +306,14 @@ pub(crate) fn recording_of_bases(
              header, or give the value of 1 with --scale)"
         ));
     }
-    if let [first, ..] = by_name.as_slice() {
+    if let [first, others @ ..] = by_name.as_slice() {
+        let (verb, name) = match others {
+            [] => ("is", "its name is that of a force"),
+            _ => ("are", "their names are those of forces"),
+        };
         guessed(format!(
-            "`{}` without a unit {} read in N, as the name of a force (another unit: --scale \"{first}=mN\")",
-            by_name.join("`, `"),
-            if by_name.len() == 1 { "is" } else { "are" }
+            "`{}` without a unit {verb} read in N, as {name} (another unit: --scale \"{first}=mN\")",
+            by_name.join("`, `")
         ));
     }
     if let (Some(scale), false) = (&options.scale, scaled) {
@@ -310,10 +334,8 @@ pub(crate) fn recording_of_bases(
     let mut recording = Recording::with_clocks(channels, Condition::default(), provenance)
         .map_err(ReadError::of(path))?;
     recording.about.warnings = warnings;
-    let first_s = bases
-        .iter()
-        .map(|(_, start)| start.0)
-        .fold(f64::INFINITY, f64::min);
+    let losses = &mut recording.about.provenance.losses;
+    losses.stretches_s.append(&mut lost_s);
     for (base, start) in bases {
         base.note(&mut recording, start.0 - first_s);
     }
@@ -367,4 +389,43 @@ fn quantity_of(name: &str) -> Option<Unit> {
 /// Whether a channel of this name can be in `unit`: a sensor's potential or digital samples always.
 fn can_be(name: &str, unit: &Unit) -> bool {
     matches!(unit, Unit::Volt | Unit::FullScale) || quantity_of(name).is_none_or(|own| own == *unit)
+}
+
+/// What devices write in place of a value that they do not have: ±1e6 and further powers of ten, 9.9e37, the largest number of
+/// single precision.
+fn is_code(value: f64) -> bool {
+    let size = value.abs();
+    let power = size.log10();
+    size >= 1e6 && ((power - power.round()).abs() < 1e-9 || (9.8e37..1e39).contains(&size))
+}
+
+/// Puts straight lines in the place of a code for no data, which no other value of the channel comes near: the code, and its rows.
+fn without_codes(samples: &mut [f64]) -> Option<(f64, Vec<Range<usize>>)> {
+    let code = samples.iter().copied().find(|value| is_code(*value))?;
+    let others = samples.iter().filter(|value| **value != code);
+    let (count, largest) = others.fold((0, 0.0_f64), |(count, most), value| {
+        (count + 1, most.max(value.abs()))
+    });
+    if 2 * count < samples.len() || 1e3 * largest > code.abs() {
+        return None;
+    }
+    let mut spans = Vec::<Range<usize>>::new();
+    for row in (0..samples.len()).filter(|row| samples[*row] == code) {
+        match spans.last_mut().filter(|span| span.end == row) {
+            Some(span) => span.end += 1,
+            None => spans.push(row..row + 1),
+        }
+    }
+    for span in &spans {
+        let before = span.start.checked_sub(1).map(|row| samples[row]);
+        let after = samples.get(span.end).copied();
+        let (Some(from), Some(to)) = (before.or(after), after.or(before)) else {
+            continue;
+        };
+        let steps = (span.len() + 1) as f64;
+        for (k, sample) in samples[span.clone()].iter_mut().enumerate() {
+            *sample = from + (to - from) * (k + 1) as f64 / steps;
+        }
+    }
+    Some((code, spans))
 }

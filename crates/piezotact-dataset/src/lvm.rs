@@ -13,7 +13,7 @@ use crate::columns::{Column, WithoutUnit, recording_of_bases};
 use crate::error::ReadError;
 use crate::open::ReadOptions;
 use crate::text::text_of;
-use crate::time_column::{TimeBase, base_of, choose_base};
+use crate::time_column::{MOST_MISSING, TimeBase, base_of, choose_base};
 
 const MAGIC: &str = "LabVIEW Measurement";
 const END: &str = "***End_of_Header***";
@@ -52,6 +52,16 @@ struct Segment {
     rows: usize,
     /// Whether it is several segments of the file, one behind the other.
     joined: bool,
+    /// Rows before which samples are missing, and how many: between segments.
+    gaps: Vec<(usize, usize)>,
+}
+
+impl Segment {
+    /// Whether so many samples may be missing before so many rows more.
+    fn can_miss(&self, samples: f64, more: usize) -> bool {
+        let missing: usize = self.gaps.iter().map(|(_, count)| count).sum();
+        samples + missing as f64 <= MOST_MISSING * (self.rows + more) as f64
+    }
 }
 
 /// Reads a measurement file. All rows are read, whatever number of samples the header promises; where the two differ,
@@ -167,6 +177,7 @@ impl<'a, I: Iterator<Item = (usize, &'a str)>> Reader<'a, I> {
             fields,
             rows,
             joined: false,
+            gaps: Vec::new(),
         }))
     }
 
@@ -355,6 +366,9 @@ fn join(
         }
         match gap {
             Some(samples) if samples.abs() <= 0.5 => {}
+            Some(samples) if samples > 0.0 && whole.can_miss(samples, next.rows) => {
+                whole.gaps.push((whole.rows, samples.round() as usize));
+            }
             Some(samples) => return Err(differs(format!("a gap of {samples:.1} samples"))),
             None => return Err(differs("no start".into())),
         }
@@ -402,7 +416,8 @@ fn gap(whole: &Segment, next: &Segment) -> Option<f64> {
         (None, None) => 0.0,
         _ => return None,
     };
-    let ends = first.start? + whole.rows as f64 * step;
+    let missing: usize = whole.gaps.iter().map(|(_, count)| count).sum();
+    let ends = first.start? + (whole.rows + missing) as f64 * step;
     Some((other.start? + later - ends) / step)
 }
 
@@ -438,7 +453,7 @@ fn assemble(
     options: &ReadOptions,
 ) -> Result<Recording, ReadError> {
     let started_at = start_of(&segment);
-    let several = segment.joined;
+    let (several, gaps) = (segment.joined, segment.gaps);
     let rows = segment.rows;
     let (groups, empty) = grouped(segment.fields);
     let one_clock = match (several, options.rate) {
@@ -474,7 +489,8 @@ fn assemble(
             (_, Some((step, written))) if step > 0.0 => {
                 of_rate.extend(coarse(step, &written));
                 let rate = SampleRate::new(1.0 / step);
-                Some(rate.map(TimeBase::even).map_err(ReadError::of(path)))
+                let base = rate.map(|rate| TimeBase::with_gaps(rate, gaps.clone()));
+                Some(base.map_err(ReadError::of(path)))
             }
             _ => None,
         };

@@ -247,9 +247,7 @@ impl Reader {
                 let pages = packed::pages(&self.file, chunk, group.num_rows())?;
                 let gaps = match get_column_reader(Arc::clone(descriptor), pages) {
                     ColumnReader::DoubleColumnReader(mut r) => append(&mut r, numbers, |v| v)?,
-                    ColumnReader::FloatColumnReader(mut r) => {
-                        append(&mut r, numbers, |v| f64::from(v))?
-                    }
+                    ColumnReader::FloatColumnReader(mut r) => append(&mut r, numbers, f64::from)?,
                     ColumnReader::Int32ColumnReader(mut r) => {
                         append(&mut r, numbers, |v: i32| cells.whole32(v))?
                     }

@@ -192,6 +192,11 @@ fn segments_join_where_nothing_is_missing() {
         let start = read.annotations.started_at.map(|time| time.to_string());
         assert_eq!(start.as_deref(), Some("2024-01-01T10:00:00.5"));
     }
+    // Samples that are missing between segments are lost ones, unless they are more than half of those that are there.
+    let paused = plain(&file("10:00:02,5", "0,0")).unwrap();
+    assert_eq!(paused.channels()[0].samples.len(), 6);
+    assert_eq!(paused.channels()[0].samples[4..], [3.5, 4.5]);
+    assert_eq!(paused.about.provenance.losses.stretches_s, [[1.0, 2.0]]);
     let refused = plain(&file("10:00:05,5", "0,0")).unwrap_err().to_string();
     assert!(
         refused.contains("a gap of 8.0 samples in segment 2"),

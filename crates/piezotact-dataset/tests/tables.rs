@@ -1,4 +1,5 @@
 //! Tables as laboratories have them, in text and in Parquet. The Parquet files are those of `golden/tables.py`.
+#![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
 use std::path::{Path, PathBuf};
 
@@ -201,6 +202,35 @@ fn units_come_by_channel_and_by_names_that_say_them() {
             .to_string()
             .contains("the unit of `fz` as the file states it, N")
     );
+}
+
+/// A value that a device writes where it has none is none: its rows are lost ones.
+#[test]
+fn codes_of_overloads_are_no_data() {
+    let value = |k: u32| {
+        if (3..6).contains(&k) {
+            -1e6
+        } else {
+            f64::from(k)
+        }
+    };
+    let rows: String = (0..20)
+        .map(|k| format!("{},{}\n", f64::from(k) / 10.0, value(k)))
+        .collect();
+    let recording = read(&format!("time (s),fz (mN)\n{rows}"));
+    let samples = &recording.channels()[0].samples;
+    assert!(
+        samples
+            .iter()
+            .enumerate()
+            .all(|(k, v)| (v - 1e-3 * k as f64).abs() < 1e-12),
+        "{samples:?}"
+    );
+    assert_eq!(recording.about.provenance.losses.stretches_s, [[0.3, 0.6]]);
+    assert!(said(&recording).contains("`fz` holds -1e6 in 3 rows from 0.300 s on"));
+    // Values that come near it are values.
+    let recording = read("time (s),x (Pa)\n0,1000000\n1,900000\n2,800000\n");
+    assert_eq!(recording.channels()[0].samples[0], 1e6);
 }
 
 #[test]

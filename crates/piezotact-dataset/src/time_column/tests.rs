@@ -23,7 +23,7 @@ fn noise(k: usize) -> f64 {
 #[test]
 fn a_slow_drift_is_said_with_its_largest_distance() {
     let times: Vec<f64> = (0..6000)
-        .map(|k| f64::from(k))
+        .map(f64::from)
         .map(|k| 0.01 * k * (1.0 + 0.0045 * k / 6000.0))
         .collect();
     let (base, said) = base(&times);

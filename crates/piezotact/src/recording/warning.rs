@@ -503,9 +503,7 @@ pub enum NotUsed {
     #[error("{} in {file} is not used: a sidecar has no entry of this name", entries.join(", "))]
     Entries { file: String, entries: Vec<String> },
     /// A sidecar beside a file of a format that takes none.
-    #[error(
-        "{file} is not read: sidecars are read only for WAV and NumPy files, and this recording is {format}"
-    )]
+    #[error("{file} is not read: a file of this kind ({format}) takes no sidecar")]
     Sidecar { file: String, format: String },
     /// Events that the recording does not hold.
     #[error(
