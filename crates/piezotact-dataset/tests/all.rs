@@ -9,6 +9,7 @@ mod haptic;
 mod haptic_limits;
 mod lvm;
 mod matlab;
+mod matlab_recordings;
 mod newer_files;
 mod npy;
 #[path = "../../piezotact/tests/shared_data/mod.rs"]

@@ -1,0 +1,332 @@
+//! From the variables of a MATLAB file to the channels of a recording.
+//!
+//! Fields of one structure belong together, and so do cells of one number: `run.acc` with `run.fs`, `acc{2}` with `t{2}`. A channel
+//! has the nearest time or rate, from its own structure outwards.
+
+use std::path::Path;
+
+use piezotact::Warning;
+use piezotact::quantity::{SampleRate, Seconds};
+use piezotact::recording::{Clock, Recording, RecordingWarning};
+
+use super::MatFile;
+use super::convert::{flat, listed};
+use super::signals::{Found, Named, ROUNDED_TIMES, nearest_rate, run_of};
+use crate::csv_table::{Column, WithoutUnit, choose_rate, rate_of, recording_of_clocks};
+use crate::error::ReadError;
+use crate::open::ReadOptions;
+
+/// Channels of one time, or of one place and rate.
+struct Group {
+    time: Option<usize>,
+    scope: String,
+    stated: Option<(String, SampleRate)>,
+    columns: Vec<Column>,
+}
+
+impl Group {
+    fn len(&self) -> usize {
+        self.columns.first().map_or(0, |column| column.values.len())
+    }
+}
+
+/// The numbers of a file as the channels of a recording.
+pub(crate) fn recording_of(
+    path: &Path,
+    file: &MatFile,
+    options: &ReadOptions,
+) -> Result<Recording, ReadError> {
+    let all = flat(file);
+    let variables: Vec<Named<'_>> = (all.iter())
+        .map(|(name, value)| Named::new(name, value))
+        .collect();
+    let mut found = Found::of(path, &variables)?;
+    let (groups, left_out) = grouped(path, &variables, &mut found, options)?;
+    if groups.is_empty() {
+        return Err(ReadError::content(
+            path,
+            "vectors of real numbers, all of one length, as channels",
+            listed(&all),
+            "save the channels as vectors with a rate `fs` or a time `t`, or export them as CSV with a header",
+        ));
+    }
+    if (groups.iter())
+        .any(|group| group.time.is_none() && group.stated.is_none() && options.rate.is_none())
+    {
+        return Err(ReadError::content(
+            path,
+            "a rate: a number named fs, rate or sampling_rate, or a vector named t or time",
+            listed(&all),
+            "give the rate with --rate, for example --rate 5000",
+        ));
+    }
+    for (why, mut names) in left_out {
+        let count = names.len();
+        names.truncate(6);
+        found.guess(format!(
+            "{count} vectors {why} and were left out: {}",
+            names.join(", ")
+        ));
+    }
+    if !found.no_channels.is_empty() {
+        found.no_channels.truncate(6);
+        let named = found.no_channels.join(", ");
+        found.guess(format!(
+            "arrays that are no channels were left out: {named}"
+        ));
+    }
+    let (columns, mut warnings) = on_clocks(path, groups, &mut found, options)?;
+    warnings.append(&mut found.warnings);
+    recording_of_clocks(
+        path,
+        columns,
+        warnings,
+        options,
+        WithoutUnit::OnlyScale { counts: &[] },
+    )
+}
+
+/// Why vectors were left out, and which.
+type LeftOut = Vec<(String, Vec<String>)>;
+
+/// The channels by their time or place.
+fn grouped(
+    path: &Path,
+    variables: &[Named<'_>],
+    found: &mut Found,
+    options: &ReadOptions,
+) -> Result<(Vec<Group>, LeftOut), ReadError> {
+    let mut groups = Vec::<Group>::new();
+    let mut left_out = LeftOut::new();
+    let mut leave = |why: String, name: String| match left_out.iter_mut().find(|out| out.0 == why) {
+        Some((_, names)) => names.push(name),
+        None => left_out.push((why, vec![name])),
+    };
+    for signal in std::mem::take(&mut found.signals) {
+        let scope = &variables[signal.at].scope;
+        let stated = nearest_rate(path, variables, scope)?;
+        let nearest = match signal.own_time {
+            Some(time) => Ok(Some(time)),
+            None => found.times.nearest(scope, signal.column.values.len()),
+        };
+        let time = match nearest {
+            Ok(time) => time,
+            Err(length) => {
+                let why = format!("are not as long as the time ({length})");
+                leave(why, signal.column.name);
+                continue;
+            }
+        };
+        let known = groups.iter_mut().find(|group| match time {
+            Some(_) => group.time == time && group.stated == stated,
+            None => group.time.is_none() && group.scope == *scope,
+        });
+        match known {
+            Some(group) => group.columns.push(signal.column),
+            None => groups.push(Group {
+                time,
+                scope: scope.clone(),
+                stated,
+                columns: vec![signal.column],
+            }),
+        }
+    }
+    // Where some have a time or a rate, what has none beside them is no channel.
+    let timed = |group: &Group| group.time.is_some() || group.stated.is_some();
+    if options.rate.is_none() && groups.iter().any(timed) {
+        let (with, without) = groups.into_iter().partition(timed);
+        groups = with;
+        for column in without.into_iter().flat_map(|group: Group| group.columns) {
+            leave("have no time and no rate".into(), column.name);
+        }
+    }
+    one_length(path, &groups)?;
+    drop(leave);
+    Ok((groups, left_out))
+}
+
+/// Channels without a time have one length where they share a place or a rate; runs of one array may differ.
+fn one_length(path: &Path, groups: &[Group]) -> Result<(), ReadError> {
+    let without_time = groups.iter().filter(|group| group.time.is_none());
+    let mut first = None::<(&Group, &Column)>;
+    for group in without_time {
+        for column in &group.columns {
+            let (of, other) = *first.get_or_insert((group, column));
+            let apart = of.scope != group.scope
+                && (run_of(&of.scope).is_some_and(|of| run_of(&group.scope) == Some(of))
+                    || of.stated != group.stated);
+            if column.values.len() != other.values.len() && !apart {
+                return Err(ReadError::content(
+                    path,
+                    "vectors of one length as channels, or a vector `t` or `time` whose length selects the channels",
+                    format!(
+                        "`{}` with {} and `{}` with {} numbers",
+                        other.name,
+                        other.values.len(),
+                        column.name,
+                        column.values.len()
+                    ),
+                    "save the channels that were recorded together in a separate file",
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The channels with their clocks, and the warnings about the times.
+fn on_clocks(
+    path: &Path,
+    groups: Vec<Group>,
+    found: &mut Found,
+    options: &ReadOptions,
+) -> Result<(Vec<(Column, Clock)>, Vec<Warning>), ReadError> {
+    let of_times: Vec<Option<SampleRate>> = (found.times.columns.iter())
+        .map(|time| rate_of(path, time, &mut Vec::new()).ok())
+        .collect();
+    let rate_in_file = |group: &Group| match group.time {
+        Some(time) => of_times[time],
+        None => group.stated.as_ref().map(|(_, rate)| *rate),
+    };
+    one_rate(path, groups.iter().filter_map(rate_in_file), options)?;
+    let some_usable = groups.iter().any(|group| rate_in_file(group).is_some());
+    let several = found.times.columns.len() > 1 && groups.iter().all(|group| group.time.is_some());
+    let mut warnings = Vec::<Warning>::new();
+    let mut placed = Vec::new();
+    for group in groups {
+        let mut of_rate = Vec::new();
+        let rate = match (group.time, &group.stated) {
+            (Some(time), stated) => {
+                let time = &found.times.columns[time];
+                Some(rate_of(path, time, &mut of_rate).map(|rate| (rate, time, stated)))
+            }
+            _ => None,
+        };
+        let mut start_s = 0.0;
+        let rate = match rate {
+            Some(Err(error)) if options.rate.is_none() && some_usable => {
+                let names: Vec<&str> = (group.columns.iter())
+                    .map(|column| column.name.as_str())
+                    .collect();
+                found.guess(format!("{} was left out: {error}", names.join(", ")));
+                continue;
+            }
+            Some(rate) => Some(rate.map(|(rate, time, stated)| {
+                if several {
+                    start_s = start_of(time, rate);
+                }
+                agreed(rate, time, stated.as_ref(), &of_times, &mut found.warnings)
+            })),
+            None => group.stated.as_ref().map(|(_, rate)| Ok(*rate)),
+        };
+        let clock = Clock {
+            rate_hz: choose_rate(path, options.rate, rate, &mut of_rate)?,
+            start_s: Seconds(start_s),
+        };
+        for warning in of_rate {
+            if !warnings.contains(&warning) {
+                warnings.push(warning);
+            }
+        }
+        placed.push((group, clock));
+    }
+    one_after_the_other(&mut placed, found);
+    let columns = (placed.into_iter())
+        .flat_map(|(group, clock)| group.columns.into_iter().map(move |column| (column, clock)))
+        .collect();
+    Ok((columns, warnings))
+}
+
+/// Refuses one rate for channels of several.
+fn one_rate(
+    path: &Path,
+    rates: impl Iterator<Item = SampleRate>,
+    options: &ReadOptions,
+) -> Result<(), ReadError> {
+    let mut rates = rates.map(SampleRate::hz);
+    let first = rates.next();
+    let other = rates.find(|hz| first.is_some_and(|first| !agree(first, *hz)));
+    match (options.rate, first, other) {
+        (Some(_), Some(first), Some(other)) => Err(ReadError::content(
+            path,
+            "channels of one rate, because one rate is given",
+            format!("rates of {first} and {other} Hz"),
+            "leave out --rate",
+        )),
+        _ => Ok(()),
+    }
+}
+
+fn agree(a_hz: f64, b_hz: f64) -> bool {
+    (a_hz / b_hz - 1.0).abs() <= ROUNDED_TIMES
+}
+
+/// The rate that times give, or the `stated` one where it agrees with them.
+fn agreed(
+    found: SampleRate,
+    time: &Column,
+    stated: Option<&(String, SampleRate)>,
+    all: &[Option<SampleRate>],
+    warnings: &mut Vec<Warning>,
+) -> SampleRate {
+    let Some((name, stated)) = stated else {
+        return found;
+    };
+    // Times are often stored with few digits: their mean step is less exact than the stated rate.
+    if agree(found.hz(), stated.hz()) {
+        return *stated;
+    }
+    // A rate of a file with several is that of other channels.
+    let of_others = (all.iter().flatten()).any(|other| agree(other.hz(), stated.hz()));
+    if !of_others {
+        warnings.push(Warning::from(RecordingWarning::Guessed {
+            what: format!(
+                "`{name}` states {stated}, `{}` gives {found}: the second was used",
+                time.name
+            ),
+        }));
+    }
+    found
+}
+
+/// When the first sample was taken, in s. The unit of the times follows from their rate: s or a power of ten of it.
+fn start_of(time: &Column, rate: SampleRate) -> f64 {
+    let (Some(first), Some(last)) = (time.values.first(), time.values.last()) else {
+        return 0.0;
+    };
+    let unit_s = (time.values.len() - 1) as f64 / ((last - first) * rate.hz());
+    first * 10_f64.powi(unit_s.log10().round() as i32)
+}
+
+/// Runs of one array (elements, cells) at the same time, but of different lengths, were recorded one after the other.
+fn one_after_the_other(placed: &mut [(Group, Clock)], found: &mut Found) {
+    for first in 0..placed.len() {
+        let (group, clock) = &placed[first];
+        let (of, clock) = (run_of(&group.scope), *clock);
+        let is_run = |(other, its): &(Group, Clock)| {
+            of.is_some() && run_of(&other.scope) == of && *its == clock
+        };
+        let runs: Vec<usize> = (first..placed.len())
+            .filter(|at| is_run(&placed[*at]))
+            .collect();
+        if runs
+            .iter()
+            .all(|at| placed[*at].0.len() == placed[first].0.len())
+        {
+            continue;
+        }
+        let mut start_s = clock.start_s.0;
+        for at in &runs {
+            let (group, clock) = &mut placed[*at];
+            clock.start_s = Seconds(start_s);
+            start_s += clock.rate_hz.duration_of(group.len()).0;
+        }
+        let name = |at: &usize| placed[*at].0.columns[0].name.clone();
+        let names: Vec<String> = runs.iter().take(3).map(name).collect();
+        found.guess(format!(
+            "{} runs of different lengths ({}, …) are placed one after the other: the times between them are not in the file",
+            runs.len(),
+            names.join(", ")
+        ));
+    }
+}
