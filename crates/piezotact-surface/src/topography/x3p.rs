@@ -330,7 +330,7 @@ impl<'d, 'i> Description<'_, 'd, 'i> {
         let heights = each
             .map(|node| match node.text().map_or("", str::trim) {
                 "" => Ok(f64::NAN),
-                text => text.parse().map_err(|_| text),
+                text => text.parse().ok().ok_or(text),
             })
             .collect::<Result<Vec<f64>, &str>>()
             .map_err(|text| {
