@@ -4,9 +4,14 @@
     reason = "a test that fails where it cannot go on"
 )]
 
+use std::path::Path;
+
+use crate::matlab::parse;
 use crate::shared_data;
+use crate::support::Lcg;
 use piezotact::quantity::Unit;
 use piezotact::recording::Recording;
+use piezotact_dataset::matlab::{MatValue, parse_mat};
 use piezotact_dataset::{ReadOptions, read_recording};
 
 fn element(kind: u32, data: &[u8]) -> Vec<u8> {
@@ -358,4 +363,171 @@ fn what_is_no_channel_is_named() {
     .unwrap();
     assert_eq!(recording.channels().len(), 1);
     assert!(says(&recording, "left out: spectrum (3×1 complex)"));
+}
+
+#[test]
+fn a_table_is_refused_with_how_to_save_its_columns() {
+    // The opaque object that MATLAB writes: flags, name, system, class, and numbers of its own.
+    let object = [
+        element(6, &[17_u32, 0].map(u32::to_le_bytes).concat()),
+        element(1, b"T"),
+        element(1, b"MCOS"),
+        element(1, b"table"),
+        numbers("", [1, 2], &[1.0, 2.0]),
+    ];
+    let refused = read(&[element(14, &object.concat())]).unwrap_err();
+    for part in [
+        "T (an object of the class table)",
+        "table2struct(T, 'ToScalar', true)",
+    ] {
+        assert!(refused.contains(part), "{refused}");
+    }
+}
+
+/// One content that h5py wrote as version 7.3 and SciPy as version 7 (`golden/matlab.py`).
+#[test]
+fn version_7_3_says_the_same_as_version_7() {
+    let kept = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden");
+    let [newer, older] = ["h5py73.mat", "scipy7.mat"].map(|name| parse(&kept.join(name)).unwrap());
+    assert_eq!(newer.variables.len(), 8);
+    for variable in &newer.variables {
+        assert_eq!(
+            Some(&variable.value),
+            older.get(&variable.name),
+            "{}",
+            variable.name
+        );
+    }
+}
+
+/// The files of matio, whose twins MATLAB itself wrote.
+#[test]
+fn twins_of_matlab_say_the_same() {
+    for (newer, older) in [
+        ("test_basic_v73.mat", "test_basic_v7.mat"),
+        ("test_string_v73.mat", "test_string_v7.mat"),
+        ("test_time_v73.mat", "test_time_v7.mat"),
+        ("test_tables_v73.mat", "test_tables_v7.mat"),
+        ("chars_hdf.mat", "chars.mat"),
+    ] {
+        let files =
+            [newer, older].map(|name| shared_data::shared(&format!("data/daq/mat73/{name}")));
+        let [Some(newer), Some(older)] = files else {
+            continue;
+        };
+        let (newer, older) = (parse(&newer).unwrap(), parse(&older).unwrap());
+        for variable in newer.variables.iter().filter(|v| !v.name.is_empty()) {
+            let other = older.get(&variable.name).unwrap();
+            let [value, other] = [&variable.value, other].map(by_name);
+            assert_eq!(value, other, "{}", variable.name);
+        }
+    }
+}
+
+/// A structure with so many fields that HDF5 keeps their order elsewhere comes in the order of their names.
+fn by_name(value: &MatValue) -> MatValue {
+    let mut value = value.clone();
+    if let MatValue::Struct { fields, values, .. } = &mut value
+        && fields.len() > 100
+    {
+        let mut both: Vec<_> = fields.drain(..).zip(values.drain(..)).collect();
+        both.sort_by(|(a, _), (b, _)| a.cmp(b));
+        (*fields, *values) = both.into_iter().unzip();
+    }
+    value
+}
+
+/// What a laboratory saves with -v7.3, with the values of h5py and mat73 (`expected.json`).
+#[test]
+fn recordings_of_version_7_3_have_the_values_of_h5py() {
+    for (name, channels, rates) in [
+        ("vectors_fs.mat", ["acc", "force"], 10_000.0),
+        ("struct_fs.mat", ["rec.acc", "rec.force"], 10_000.0),
+        ("matrix_time.mat", ["data 1", "data 2"], 10_000.0),
+        (
+            "cell_of_strokes.mat",
+            ["strokes{1}", "strokes{2}"],
+            10_000.0,
+        ),
+    ] {
+        let Some(path) = shared_data::shared(&format!("data/daq/mat73/lab/{name}")) else {
+            continue;
+        };
+        let recording = read_recording(&path, &ReadOptions::default())
+            .unwrap()
+            .recording;
+        let found: Vec<&str> = recording
+            .channels()
+            .iter()
+            .map(|c| c.name.as_str())
+            .take(2)
+            .collect();
+        assert_eq!(
+            (found.as_slice(), recording.rate().hz()),
+            (&channels[..], rates),
+            "{name}"
+        );
+        let std = |samples: &[f64]| {
+            let mean = samples.iter().sum::<f64>() / samples.len() as f64;
+            let squares: f64 = samples.iter().map(|x| (x - mean).powi(2)).sum();
+            (squares / samples.len() as f64).sqrt()
+        };
+        let expected = match name {
+            "cell_of_strokes.mat" => [1.416_273_406_912_829_8, 1.418_175_271_125_951_4],
+            _ => [1.417_504_220_512_696_6, 0.035_403_827_970_266_72],
+        };
+        for (channel, expected) in recording.channels().iter().zip(expected) {
+            // Single precision of the force.
+            assert!((std(&channel.samples) - expected).abs() < 1e-6, "{name}");
+        }
+    }
+}
+
+/// Truncations and flipped bytes: an error that says what to do, or values, never a panic, and no memory that the file only claims.
+#[test]
+fn damage_of_version_7_3_is_an_error_and_no_panic() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/h5py73.mat");
+    let bytes = std::fs::read(&path).unwrap();
+    damage(&path, &bytes, 600);
+}
+
+#[test]
+#[ignore = "100 000 rounds; ./x soak numbers"]
+fn soak_damage_of_version_7_3() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/h5py73.mat");
+    let bytes = std::fs::read(&path).unwrap();
+    damage(&path, &bytes, 100_000);
+}
+
+fn damage(path: &Path, bytes: &[u8], rounds: usize) {
+    let look = |bytes: &[u8]| match parse_mat(path, bytes) {
+        Ok(file) => {
+            let numbers = |value: &MatValue| matches!(value, MatValue::Numbers(_));
+            let _some = file
+                .variables
+                .iter()
+                .any(|variable| numbers(&variable.value));
+        }
+        Err(error) => assert!(error.to_string().contains(';'), "{error}"),
+    };
+    for length in (0..bytes.len()).step_by(1 + bytes.len() / 100) {
+        look(&bytes[..length]);
+    }
+    let mut random = Lcg(73);
+    let mut damaged = bytes.to_vec();
+    for round in 0..rounds {
+        // Half of the places lie in the structure of the file, most of whose bytes are not 0.
+        let mut at = 512 + random.below(bytes.len() - 512);
+        while round % 2 == 0 && bytes[at] == 0 {
+            at = 512 + random.below(bytes.len() - 512);
+        }
+        damaged[at] = match round % 3 {
+            0 => 0xFF,
+            _ => damaged[at] ^ (1 << random.below(8)),
+        };
+        look(&damaged);
+        if round % 4 == 3 {
+            damaged.copy_from_slice(bytes);
+        }
+    }
 }

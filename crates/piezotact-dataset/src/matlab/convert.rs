@@ -130,6 +130,8 @@ pub(super) fn shape(value: &MatValue) -> String {
         MatValue::Cell { dims, .. } => format!("{} cells", by(dims)),
         MatValue::Struct { dims, .. } => format!("{} structures", by(dims)),
         MatValue::Sparse { rows, columns, .. } => format!("{rows}×{columns} sparse"),
+        MatValue::Object(Some(class)) => format!("an object of the class {class}"),
+        MatValue::Object(None) => "an object of a class".into(),
         MatValue::Unreadable(what) => what.clone(),
     }
 }

@@ -99,7 +99,9 @@ pub enum MatValue {
         /// What is not 0.
         entries: Vec<MatEntry>,
     },
-    /// Something that only MATLAB understands; its kind is named.
+    /// An object of a class, such as a table, which only MATLAB understands; its class, where the file names it.
+    Object(Option<String>),
+    /// Something else that only MATLAB understands; its kind is named.
     Unreadable(String),
 }
 
@@ -258,14 +260,6 @@ fn rows_of_text(dims: &[usize], units: &[u16]) -> Vec<String> {
             String::from_utf16_lossy(&units)
         })
         .collect()
-}
-
-/// An object of a class, which only MATLAB understands.
-fn object_of(class: Option<&str>) -> MatValue {
-    MatValue::Unreadable(match class {
-        Some(class) => format!("an object of the class {class}"),
-        None => "an object of a class".into(),
-    })
 }
 
 /// Whether doubles hold these integers of 64 bits: 2⁵³ itself may already be another number rounded.

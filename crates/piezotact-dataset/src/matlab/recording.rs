@@ -9,9 +9,9 @@ use piezotact::Warning;
 use piezotact::quantity::{SampleRate, Seconds};
 use piezotact::recording::{Clock, Recording, RecordingWarning};
 
-use super::MatFile;
 use super::convert::{flat, listed};
 use super::signals::{Found, Named, ROUNDED_TIMES, nearest_rate, run_of};
+use super::{MatFile, MatValue};
 use crate::csv_table::{Column, WithoutUnit, choose_rate, rate_of, recording_of_clocks};
 use crate::error::ReadError;
 use crate::open::ReadOptions;
@@ -43,11 +43,23 @@ pub(crate) fn recording_of(
     let mut found = Found::of(path, &variables)?;
     let (groups, left_out) = grouped(path, &variables, &mut found, options)?;
     if groups.is_empty() {
+        let table = (variables.iter()).find(|variable| match variable.value {
+            MatValue::Object(Some(class)) => ["table", "timetable"].contains(&class.as_str()),
+            _ => false,
+        });
+        let todo = match table {
+            Some(table) => format!(
+                "save the columns of a table in MATLAB with s = table2struct({}, 'ToScalar', true); save('file.mat', '-struct', 's') (a \
+                 timetable first becomes one with timetable2table; its times become seconds with seconds(t - t(1)))",
+                table.name
+            ),
+            None => "save the channels as vectors with a rate `fs` or a time `t`, or export them as CSV with a header".into(),
+        };
         return Err(ReadError::content(
             path,
             "vectors of real numbers, all of one length, as channels",
             listed(&all),
-            "save the channels as vectors with a rate `fs` or a time `t`, or export them as CSV with a header",
+            todo,
         ));
     }
     if (groups.iter())
@@ -141,7 +153,6 @@ fn grouped(
         }
     }
     one_length(path, &groups)?;
-    drop(leave);
     Ok((groups, left_out))
 }
 
@@ -174,13 +185,16 @@ fn one_length(path: &Path, groups: &[Group]) -> Result<(), ReadError> {
     Ok(())
 }
 
+/// A channel with its clock.
+type Clocked = (Column, Clock);
+
 /// The channels with their clocks, and the warnings about the times.
 fn on_clocks(
     path: &Path,
     groups: Vec<Group>,
     found: &mut Found,
     options: &ReadOptions,
-) -> Result<(Vec<(Column, Clock)>, Vec<Warning>), ReadError> {
+) -> Result<(Vec<Clocked>, Vec<Warning>), ReadError> {
     let of_times: Vec<Option<SampleRate>> = (found.times.columns.iter())
         .map(|time| rate_of(path, time, &mut Vec::new()).ok())
         .collect();

@@ -67,7 +67,7 @@ pub(super) struct Named<'m> {
     pub(super) scope: String,
     /// The last part in small letters: `acc`.
     last: String,
-    value: &'m MatValue,
+    pub(super) value: &'m MatValue,
 }
 
 impl<'m> Named<'m> {

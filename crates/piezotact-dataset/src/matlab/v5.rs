@@ -6,7 +6,7 @@ use flate2::read::ZlibDecoder;
 
 use super::{
     LARGEST, MOST_NUMBERS, MatFile, MatNumbers, MatValue, MatVariable, NumberClass, Source, count,
-    is_exact, object_of, rows_of_text, sparse_entries,
+    is_exact, rows_of_text, sparse_entries,
 };
 use crate::error::ReadError;
 use crate::stored::{ByteOrder, Stored};
@@ -193,7 +193,7 @@ impl Reader<'_> {
             let [name, _, class]: [Option<String>; 3] = texts;
             return Ok(MatVariable {
                 name: name.unwrap_or_default(),
-                value: object_of(class.as_deref()),
+                value: MatValue::Object(class),
             });
         }
         let (dims, rest) = self.element(rest)?;
