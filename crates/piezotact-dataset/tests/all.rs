@@ -5,6 +5,7 @@ mod eeg;
 mod eeg_damage;
 mod eeg_odd;
 mod eeg_written;
+mod flac;
 mod haptic;
 mod haptic_limits;
 mod lvm;
