@@ -146,6 +146,36 @@ fn a_structure_for_each_channel_has_its_own_rate_unit_and_name() {
     ));
 }
 
+/// What is not as long as the time of a file is no channel on its clock, unless it has its own rate.
+#[test]
+fn a_time_holds_for_structures_within_it() {
+    let arrays = [
+        column("t", &[0.0, 0.1, 0.2]),
+        column("acc", &[1.0, 2.0, 3.0]),
+        column("fs", &[10.0]),
+        structures("cal", &["points"], &[vec![column("", &[1.0, 2.0])]]),
+        structures("rec", &["fz"], &[vec![column("", &[4.0, 5.0, 6.0])]]),
+        structures(
+            "eye",
+            &["x", "fs"],
+            &[vec![column("", &[7.0, 8.0]), column("", &[5.0])]],
+        ),
+    ];
+    let recording = read(&arrays).unwrap();
+    assert_eq!(
+        channels(&recording),
+        [
+            ("acc", 10.0, 0.0, &[1.0, 2.0, 3.0][..]),
+            ("rec.fz", 10.0, 0.0, &[4.0, 5.0, 6.0]),
+            ("eye", 5.0, 0.0, &[7.0, 8.0]),
+        ]
+    );
+    assert!(says(
+        &recording,
+        "not as long as the time (3) and were left out: cal.points"
+    ));
+}
+
 /// LabVIEW's waveforms, and what converters of TDMS to MATLAB write.
 #[test]
 fn waveforms_and_tables_of_properties_of_labview_are_read() {

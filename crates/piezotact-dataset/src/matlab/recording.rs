@@ -10,7 +10,7 @@ use piezotact::quantity::{SampleRate, Seconds};
 use piezotact::recording::{Clock, Recording, RecordingWarning};
 
 use super::convert::{flat, listed};
-use super::signals::{Found, Named, ROUNDED_TIMES, nearest_rate, run_of};
+use super::signals::{Found, Named, ROUNDED_TIMES, StatedRate, Variables, nearest_rate, run_of};
 use super::{MatFile, MatValue};
 use crate::csv_table::{Column, WithoutUnit, choose_rate, rate_of, recording_of_clocks};
 use crate::error::ReadError;
@@ -20,7 +20,7 @@ use crate::open::ReadOptions;
 struct Group {
     time: Option<usize>,
     scope: String,
-    stated: Option<(String, SampleRate)>,
+    stated: Option<StatedRate>,
     columns: Vec<Column>,
 }
 
@@ -37,13 +37,12 @@ pub(crate) fn recording_of(
     options: &ReadOptions,
 ) -> Result<Recording, ReadError> {
     let all = flat(file);
-    let variables: Vec<Named<'_>> = (all.iter())
-        .map(|(name, value)| Named::new(name, value))
-        .collect();
+    let named = all.iter().map(|(name, value)| Named::new(name, value));
+    let variables = Variables::new(named.collect());
     let mut found = Found::of(path, &variables)?;
     let (groups, left_out) = grouped(path, &variables, &mut found, options)?;
     if groups.is_empty() {
-        let table = (variables.iter()).find(|variable| match variable.value {
+        let table = (variables.all.iter()).find(|variable| match variable.value {
             MatValue::Object(Some(class)) => ["table", "timetable"].contains(&class.as_str()),
             _ => false,
         });
@@ -104,7 +103,7 @@ type LeftOut = Vec<(String, Vec<String>)>;
 /// The channels by their time or place.
 fn grouped(
     path: &Path,
-    variables: &[Named<'_>],
+    variables: &Variables<'_>,
     found: &mut Found,
     options: &ReadOptions,
 ) -> Result<(Vec<Group>, LeftOut), ReadError> {
@@ -115,7 +114,7 @@ fn grouped(
         None => left_out.push((why, vec![name])),
     };
     for signal in std::mem::take(&mut found.signals) {
-        let scope = &variables[signal.at].scope;
+        let scope = &variables.all[signal.at].scope;
         let stated = nearest_rate(path, variables, scope)?;
         let nearest = match signal.own_time {
             Some(time) => Ok(Some(time)),
@@ -123,7 +122,9 @@ fn grouped(
         };
         let time = match nearest {
             Ok(time) => time,
-            Err(length) => {
+            // Its own rate is nearer than a time of other channels.
+            Err((far, _)) if stated.as_ref().is_some_and(|stated| stated.far < far) => None,
+            Err((_, length)) => {
                 let why = format!("are not as long as the time ({length})");
                 leave(why, signal.column.name);
                 continue;
@@ -158,6 +159,7 @@ fn grouped(
 
 /// Channels without a time have one length where they share a place or a rate; runs of one array may differ.
 fn one_length(path: &Path, groups: &[Group]) -> Result<(), ReadError> {
+    let stated_by = |group: &Group| group.stated.as_ref().map(|stated| stated.name.clone());
     let without_time = groups.iter().filter(|group| group.time.is_none());
     let mut first = None::<(&Group, &Column)>;
     for group in without_time {
@@ -165,7 +167,7 @@ fn one_length(path: &Path, groups: &[Group]) -> Result<(), ReadError> {
             let (of, other) = *first.get_or_insert((group, column));
             let apart = of.scope != group.scope
                 && (run_of(&of.scope).is_some_and(|of| run_of(&group.scope) == Some(of))
-                    || of.stated != group.stated);
+                    || stated_by(of) != stated_by(group));
             if column.values.len() != other.values.len() && !apart {
                 return Err(ReadError::content(
                     path,
@@ -200,7 +202,7 @@ fn on_clocks(
         .collect();
     let rate_in_file = |group: &Group| match group.time {
         Some(time) => of_times[time],
-        None => group.stated.as_ref().map(|(_, rate)| *rate),
+        None => group.stated.as_ref().map(|stated| stated.rate),
     };
     one_rate(path, groups.iter().filter_map(rate_in_file), options)?;
     let some_usable = groups.iter().any(|group| rate_in_file(group).is_some());
@@ -231,7 +233,7 @@ fn on_clocks(
                 }
                 agreed(rate, time, stated.as_ref(), &of_times, &mut found.warnings)
             })),
-            None => group.stated.as_ref().map(|(_, rate)| Ok(*rate)),
+            None => group.stated.as_ref().map(|stated| Ok(stated.rate)),
         };
         let clock = Clock {
             rate_hz: choose_rate(path, options.rate, rate, &mut of_rate)?,
@@ -279,11 +281,14 @@ fn agree(a_hz: f64, b_hz: f64) -> bool {
 fn agreed(
     found: SampleRate,
     time: &Column,
-    stated: Option<&(String, SampleRate)>,
+    stated: Option<&StatedRate>,
     all: &[Option<SampleRate>],
     warnings: &mut Vec<Warning>,
 ) -> SampleRate {
-    let Some((name, stated)) = stated else {
+    let Some(StatedRate {
+        name, rate: stated, ..
+    }) = stated
+    else {
         return found;
     };
     // Times are often stored with few digits: their mean step is less exact than the stated rate.

@@ -1,5 +1,6 @@
 //! The channels and the times among the variables of a MATLAB file, with the names and units that texts beside them state.
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use piezotact::Warning;
@@ -56,6 +57,8 @@ const PLAIN: [&str; 7] = ["data", "values", "value", "signal", "samples", "y", "
 pub(super) const ROUNDED_TIMES: f64 = 1e-3;
 /// The steps of a first column that is the time differ by less than this share.
 const EVEN_STEPS: f64 = 0.02;
+/// More channels than this are no recording.
+const MOST_SIGNALS: usize = 4096;
 /// More columns than this make a matrix that is no recording.
 const MOST_CHANNELS: usize = 512;
 
@@ -89,6 +92,39 @@ impl<'m> Named<'m> {
 
     fn vector(&self) -> Option<&'m [f64]> {
         self.value.vector().filter(|values| values.len() > 1)
+    }
+}
+
+/// The variables of a file, and those of each place.
+pub(super) struct Variables<'m> {
+    pub(super) all: Vec<Named<'m>>,
+    by_scope: HashMap<String, Vec<usize>>,
+}
+
+impl<'m> Variables<'m> {
+    pub(super) fn new(all: Vec<Named<'m>>) -> Self {
+        let mut by_scope = HashMap::<String, Vec<usize>>::new();
+        for (at, variable) in all.iter().enumerate() {
+            by_scope.entry(variable.scope.clone()).or_default().push(at);
+        }
+        Self { all, by_scope }
+    }
+
+    fn at(&self, scope: &str) -> impl Iterator<Item = usize> {
+        self.by_scope.get(scope).into_iter().flatten().copied()
+    }
+
+    /// Those of one place.
+    fn here(&self, scope: &str) -> impl Iterator<Item = &Named<'m>> {
+        self.at(scope).map(|at| &self.all[at])
+    }
+
+    /// The texts of one place.
+    fn texts(&self, scope: &str) -> Vec<(&Named<'m>, &'m str)> {
+        self.here(scope)
+            .filter_map(|text| Some((text, text.value.text()?.trim())))
+            .filter(|(_, text)| !text.is_empty())
+            .collect()
     }
 }
 
@@ -154,21 +190,24 @@ impl Times {
         })
     }
 
-    /// The time of `length` that is nearest to `scope`. `Err` where the own place has times of other lengths alone.
-    pub(super) fn nearest(&self, scope: &str, length: usize) -> Result<Option<usize>, usize> {
-        for place in outwards(scope) {
-            let mut here = self.places.iter().filter(|(of, _)| of == place).peekable();
-            let Some((_, first)) = here.peek() else {
-                continue;
-            };
-            let other = self.columns[*first].values.len();
-            match here.find(|(_, time)| self.columns[*time].values.len() == length) {
-                Some((_, time)) => return Ok(Some(*time)),
-                None if place == scope => return Err(other),
-                None => {}
+    /// The time of `length` that is nearest to `scope`. `Err` where there are others alone: how far out the nearest stands, and its
+    /// length.
+    pub(super) fn nearest(
+        &self,
+        scope: &str,
+        length: usize,
+    ) -> Result<Option<usize>, (usize, usize)> {
+        let mut other = None;
+        for (far, place) in outwards(scope).enumerate() {
+            for (_, time) in self.places.iter().filter(|(of, _)| of == place) {
+                let found = self.columns[*time].values.len();
+                if found == length {
+                    return Ok(Some(*time));
+                }
+                other = other.or(Some((far, found)));
             }
         }
-        Ok(None)
+        other.map_or(Ok(None), Err)
     }
 }
 
@@ -188,30 +227,32 @@ impl Found {
             .push(Warning::from(RecordingWarning::Guessed { what }));
     }
 
-    pub(super) fn of(path: &Path, variables: &[Named<'_>]) -> Result<Self, ReadError> {
+    pub(super) fn of(path: &Path, variables: &Variables<'_>) -> Result<Self, ReadError> {
         let mut found = Self::default();
-        let mut own_times = vec![None; variables.len()];
-        let mut is_time = vec![false; variables.len()];
-        for (at, variable) in variables.iter().enumerate() {
+        let mut own_times = vec![None; variables.all.len()];
+        let mut is_time = vec![false; variables.all.len()];
+        for (at, variable) in variables.all.iter().enumerate() {
             let Some(values) = variable.vector() else {
                 continue;
             };
             let of = without_word(&variable.last, &TIME_WORDS);
             let fits = |other: &Named<'_>| {
-                other.scope == variable.scope
-                    && Some(&other.last) == of.as_ref()
+                Some(&other.last) == of.as_ref()
                     && other.vector().is_some_and(|of| of.len() == values.len())
             };
             if variable.is(&TIMES) {
                 let time = found.times.add(&variable.name, values);
                 found.times.places.push((variable.scope.clone(), time));
                 is_time[at] = true;
-            } else if let Some(other) = variables.iter().position(fits) {
+            } else if of.is_some()
+                && let Some(other) =
+                    (variables.at(&variable.scope)).find(|at| fits(&variables.all[*at]))
+            {
                 own_times[other] = Some(found.times.add(&variable.name, values));
                 is_time[at] = true;
             }
         }
-        for (at, variable) in variables.iter().enumerate() {
+        for (at, variable) in variables.all.iter().enumerate() {
             if let (MatValue::Numbers(numbers), false) = (variable.value, is_time[at]) {
                 found.add(path, variables, at, numbers, own_times[at])?;
             }
@@ -223,12 +264,12 @@ impl Found {
     fn add(
         &mut self,
         path: &Path,
-        variables: &[Named<'_>],
+        variables: &Variables<'_>,
         at: usize,
         numbers: &MatNumbers,
         own_time: Option<usize>,
     ) -> Result<(), ReadError> {
-        let variable = &variables[at];
+        let variable = &variables.all[at];
         if numbers.real.len() < 2 {
             return Ok(());
         }
@@ -263,7 +304,7 @@ impl Found {
             let rate = nearest_rate(path, variables, &variable.scope)?;
             let first = &columns[0];
             let called = TIMES.contains(&first.name.to_ascii_lowercase().as_str());
-            if called || is_even_time(&first.values, rate.as_ref().map(|(_, rate)| rate.hz())) {
+            if called || is_even_time(&first.values, rate.map(|stated| stated.rate.hz())) {
                 if !called {
                     self.guess(format!(
                         "the first of the {count} columns of `{}` increases in even steps and is read as their time",
@@ -273,6 +314,14 @@ impl Found {
                 let first = columns.remove(0);
                 own_time = Some(self.times.add(&first.name, &first.values));
             }
+        }
+        if self.signals.len() + columns.len() > MOST_SIGNALS {
+            return Err(ReadError::content(
+                path,
+                format!("at most {MOST_SIGNALS} channels"),
+                "more",
+                "save the channels that you need in a separate file",
+            ));
         }
         self.signals
             .extend(columns.into_iter().map(|column| Signal {
@@ -284,44 +333,38 @@ impl Found {
     }
 
     /// Names and units that texts beside the channels state.
-    fn name_and_scale(&mut self, variables: &[Named<'_>]) {
-        let texts = |scope: &str| {
-            let here = variables.iter().filter(move |text| text.scope == scope);
-            here.filter_map(|text| Some((text, text.value.text()?.trim())))
-                .filter(|(_, text)| !text.is_empty())
-                .collect::<Vec<_>>()
-        };
+    fn name_and_scale(&mut self, variables: &Variables<'_>) {
+        let mut signals_here = HashMap::<&str, usize>::new();
+        for signal in &self.signals {
+            let scope = variables.all[signal.at].scope.as_str();
+            *signals_here.entry(scope).or_default() += 1;
+        }
         // Tables of channels: a structure with a name and a unit, and no numbers.
-        let mut table = Vec::new();
-        for name in variables.iter().filter(|name| name.is(&["name"])) {
-            let here = texts(&name.scope);
+        let mut table = HashMap::new();
+        for name in variables.all.iter().filter(|name| name.is(&["name"])) {
+            let here = variables.texts(&name.scope);
             let unit = here.iter().find(|(text, _)| text.is(&UNIT_WORDS));
-            let alone = !self
-                .signals
-                .iter()
-                .any(|signal| variables[signal.at].scope == name.scope);
-            if let (Some((_, unit)), Some(name), true) = (unit, name.value.text(), alone) {
-                table.push((name.trim().to_ascii_lowercase(), (*unit).to_owned()));
+            let no_numbers = !signals_here.contains_key(name.scope.as_str());
+            if let (Some((_, unit)), Some(name), true) = (unit, name.value.text(), no_numbers) {
+                table.insert(name.trim().to_ascii_lowercase(), (*unit).to_owned());
             }
         }
         let mut renamed = Vec::new();
         for (number, signal) in self.signals.iter().enumerate() {
-            let variable = &variables[signal.at];
-            let here = texts(&variable.scope);
-            let alone = (self.signals.iter())
-                .filter(|other| variables[other.at].scope == variable.scope)
-                .count()
-                == 1;
+            let variable = &variables.all[signal.at];
+            let here = variables.texts(&variable.scope);
+            let alone = signals_here.get(variable.scope.as_str()) == Some(&1);
             let own = here.iter().find(|(text, _)| {
                 without_word(&text.last, &UNIT_WORDS).is_some_and(|of| of == variable.last)
             });
             let only = (here.iter())
                 .find(|(text, _)| alone && !variable.scope.is_empty() && text.is(&UNIT_WORDS));
-            let entry = table.iter().find(|(name, _)| {
-                variable.last == *name || variable.last.ends_with(&format!("_{name}"))
-            });
-            let unit = (own.or(only).map(|(_, unit)| (*unit).to_owned()))
-                .or_else(|| entry.map(|(_, unit)| unit.clone()));
+            let ends = variable.last.match_indices('_').map(|(at, _)| at + 1);
+            let entry = std::iter::once(0)
+                .chain(ends)
+                .find_map(|from| table.get(&variable.last[from..]));
+            let unit =
+                (own.or(only).map(|(_, unit)| (*unit).to_owned())).or_else(|| entry.cloned());
             let stated = here.iter().find(|(text, _)| alone && text.is(&NAMES));
             let name = match stated {
                 Some((_, name)) if !variable.scope.is_empty() => Some((*name).to_owned()),
@@ -346,15 +389,13 @@ impl Found {
 
 /// The texts of the nearest list that is called one of `names` and has `count` of them.
 fn list_of(
-    variables: &[Named<'_>],
+    variables: &Variables<'_>,
     scope: &str,
     names: &[&str],
     count: usize,
 ) -> Option<Vec<String>> {
     outwards(scope).find_map(|place| {
-        let mut here = variables
-            .iter()
-            .filter(|variable| variable.scope == place && variable.is(names));
+        let mut here = variables.here(place).filter(|variable| variable.is(names));
         here.find_map(|variable| {
             let texts: Vec<String> = match variable.value {
                 MatValue::Text(rows) => rows.iter().map(|row| row.trim().to_owned()).collect(),
@@ -415,27 +456,35 @@ fn columns_of(name: &str, numbers: &MatNumbers) -> Vec<Column> {
     }
 }
 
-/// The rate that is stated nearest to a place, with the name of its variable.
+/// A stated rate.
+#[derive(Clone, PartialEq)]
+pub(super) struct StatedRate {
+    /// How far out it stands.
+    pub(super) far: usize,
+    /// The name of its variable.
+    pub(super) name: String,
+    pub(super) rate: SampleRate,
+}
+
+/// The rate that is stated nearest to a place.
 pub(super) fn nearest_rate(
     path: &Path,
-    variables: &[Named<'_>],
+    variables: &Variables<'_>,
     scope: &str,
-) -> Result<Option<(String, SampleRate)>, ReadError> {
+) -> Result<Option<StatedRate>, ReadError> {
     let scalar = |place: &str, names: &[&str]| {
-        variables.iter().find_map(|variable| {
-            let value = variable.value.scalar()?;
-            (variable.scope == place && variable.is(names)).then(|| (variable.name.clone(), value))
-        })
+        let mut here = variables.here(place).filter(|variable| variable.is(names));
+        here.find_map(|variable| Some((variable.name.clone(), variable.value.scalar()?)))
     };
-    let found = outwards(scope).find_map(|place| {
+    let found = outwards(scope).enumerate().find_map(|(far, place)| {
         let step = || scalar(place, &STEPS).map(|(name, step)| (name, 1.0 / step));
-        scalar(place, &RATES).or_else(step)
+        let (name, hz) = scalar(place, &RATES).or_else(step)?;
+        Some((far, name, hz))
     });
     found
-        .map(|(name, hz)| {
-            SampleRate::new(hz)
-                .map(|rate| (name, rate))
-                .map_err(ReadError::of(path))
+        .map(|(far, name, hz)| {
+            let rate = SampleRate::new(hz).map_err(ReadError::of(path))?;
+            Ok(StatedRate { far, name, rate })
         })
         .transpose()
 }
