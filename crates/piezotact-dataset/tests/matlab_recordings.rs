@@ -369,6 +369,14 @@ fn a_matrix_has_its_time_in_its_first_column_and_the_names_beside_it() {
     assert_eq!(recording.channels()[0].name, "acc");
     assert_eq!(recording.channels()[0].samples[0], 9.80665);
     assert_eq!(recording.channels()[1].unit, Unit::Newton);
+    // One unit for all columns of one matrix; for two variables it is not known whose it is.
+    let unit = || text("unit", "g");
+    let recording = read(&[matrix.clone(), unit()]).unwrap();
+    assert_eq!(recording.channels()[1].samples[0], 5.0 * 9.80665);
+    let pair = |name: &str| column(name, &[1.0, 2.0]);
+    let recording = read(&[pair("acc"), pair("fz"), unit(), column("fs", &[9.0])]).unwrap();
+    assert_eq!(recording.channels()[0].samples[0], 1.0);
+    assert!(says(&recording, "`unit` states g for 2 variables"));
     // With another rate beside it, a first column that rises is a channel.
     let recording = read(&[matrix, column("fs", &[500.0])]).unwrap();
     assert_eq!(recording.channels().len(), 3);

@@ -163,7 +163,7 @@ pub(crate) fn holds_both(file: &MatFile) -> bool {
     holds_response(&variables) && holds_time_signals(&variables)
 }
 
-fn holds_response(variables: &[(String, &MatValue)]) -> bool {
+pub(super) fn holds_response(variables: &[(String, &MatValue)]) -> bool {
     !stored::responses(variables).is_empty() && by_name(variables, &FREQUENCIES).is_some()
 }
 

@@ -9,7 +9,7 @@ use piezotact::Warning;
 use piezotact::quantity::{SampleRate, Seconds};
 use piezotact::recording::{Clock, Recording, RecordingWarning};
 
-use super::convert::{flat, listed};
+use super::convert::{flat, holds_response, listed};
 use super::signals::{Found, Named, ROUNDED_TIMES, StatedRate, Variables, nearest_rate, run_of};
 use super::{MatFile, MatValue};
 use crate::csv_table::{Column, WithoutUnit, choose_rate, rate_of, recording_of_clocks};
@@ -79,7 +79,8 @@ pub(crate) fn recording_of(
             names.join(", ")
         ));
     }
-    if !found.no_channels.is_empty() {
+    // A file with a frequency response is read as one, too: its spectra are not left out.
+    if !found.no_channels.is_empty() && !holds_response(&all) {
         found.no_channels.truncate(6);
         let named = found.no_channels.join(", ");
         found.guess(format!(

@@ -334,10 +334,14 @@ impl Found {
 
     /// Names and units that texts beside the channels state.
     fn name_and_scale(&mut self, variables: &Variables<'_>) {
-        let mut signals_here = HashMap::<&str, usize>::new();
+        // How many variables and how many channels of them each place has; those of one variable follow each other.
+        let mut signals_here = HashMap::<&str, [usize; 2]>::new();
+        let mut last = None;
         for signal in &self.signals {
             let scope = variables.all[signal.at].scope.as_str();
-            *signals_here.entry(scope).or_default() += 1;
+            let [arrays, channels] = signals_here.entry(scope).or_default();
+            *arrays += usize::from(last.replace(signal.at) != Some(signal.at));
+            *channels += 1;
         }
         // Tables of channels: a structure with a name and a unit, and no numbers.
         let mut table = HashMap::new();
@@ -349,22 +353,32 @@ impl Found {
                 table.insert(name.trim().to_ascii_lowercase(), (*unit).to_owned());
             }
         }
-        let mut renamed = Vec::new();
+        let (mut renamed, mut unused) = (Vec::new(), Vec::new());
         for (number, signal) in self.signals.iter().enumerate() {
             let variable = &variables.all[signal.at];
             let here = variables.texts(&variable.scope);
-            let alone = signals_here.get(variable.scope.as_str()) == Some(&1);
+            let [arrays, channels] = signals_here[variable.scope.as_str()];
+            let alone = channels == 1;
             let own = here.iter().find(|(text, _)| {
                 without_word(&text.last, &UNIT_WORDS).is_some_and(|of| of == variable.last)
             });
-            let only = (here.iter())
-                .find(|(text, _)| alone && !variable.scope.is_empty() && text.is(&UNIT_WORDS));
+            let any = here.iter().find(|(text, _)| text.is(&UNIT_WORDS));
+            let only = any.filter(|_| arrays == 1);
             let ends = variable.last.match_indices('_').map(|(at, _)| at + 1);
             let entry = std::iter::once(0)
                 .chain(ends)
                 .find_map(|from| table.get(&variable.last[from..]));
             let unit =
                 (own.or(only).map(|(_, unit)| (*unit).to_owned())).or_else(|| entry.cloned());
+            if let (Some((text, of)), None, None) = (any, &unit, &signal.column.unit) {
+                let what = format!(
+                    "`{}` states {of} for {arrays} variables and was not used",
+                    text.name
+                );
+                if !unused.contains(&what) {
+                    unused.push(what);
+                }
+            }
             let stated = here.iter().find(|(text, _)| alone && text.is(&NAMES));
             let name = match stated {
                 Some((_, name)) if !variable.scope.is_empty() => Some((*name).to_owned()),
@@ -383,6 +397,9 @@ impl Found {
             if let Some(name) = name {
                 column.name = name;
             }
+        }
+        for what in unused {
+            self.guess(what);
         }
     }
 }
