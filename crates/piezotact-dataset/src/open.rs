@@ -173,26 +173,8 @@ static RECORDINGS: &[Format<FileKind, Reader>] = &[
         sniff: Recognition::Head(|head| head.starts_with(b"RIFF") || head.starts_with(b"RF64")),
         read: |file, options| from_wav(file.path, file.bytes()?, options),
     },
-    Format {
-        kind: FileKind::FLAC,
-        label: if cfg!(feature = "flac") { "FLAC" } else { "" },
-        endings: &["flac"],
-        sniff: Recognition::Head(|head| head.starts_with(b"fLaC")),
-        read: from_flac,
-    },
-    Format {
-        kind: FileKind::named("sound"),
-        label: "",
-        endings: &["aiff", "aif", "aifc", "caf", "w64", "bw64"],
-        sniff: Recognition::Head(|head| sound_name(head).is_some()),
-        read: |file, _| {
-            let found = format!(
-                "a sound file of the kind {}",
-                sound_name(file.head()).unwrap_or("unknown")
-            );
-            Err(none(file, &found, "convert it to WAV".into()))
-        },
-    },
+    sound::FLAC,
+    sound::OTHERS,
     Format {
         kind: FileKind::LVM,
         label: "LVM",

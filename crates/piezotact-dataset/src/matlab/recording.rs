@@ -7,14 +7,15 @@ use std::path::Path;
 
 use piezotact::Warning;
 use piezotact::quantity::{SampleRate, Seconds};
-use piezotact::recording::{Clock, Recording, RecordingWarning};
+use piezotact::recording::Recording;
 
 use super::convert::{flat, holds_response, listed};
 use super::signals::{Found, Named, ROUNDED_TIMES, StatedRate, Variables, nearest_rate, run_of};
 use super::{MatFile, MatValue};
-use crate::csv_table::{Column, WithoutUnit, choose_rate, rate_of, recording_of_clocks};
+use crate::columns::{Column, WithoutUnit, recording_of_bases};
 use crate::error::ReadError;
 use crate::open::ReadOptions;
+use crate::time_column::{TimeBase, base_beside, base_of, choose_base};
 
 /// Channels of one time, or of one place and rate.
 struct Group {
@@ -87,11 +88,24 @@ pub(crate) fn recording_of(
             "arrays that are no channels were left out: {named}"
         ));
     }
-    let (columns, mut warnings) = on_clocks(path, groups, &mut found, options)?;
+    let (placed, mut warnings) = on_clocks(path, groups, &mut found, options)?;
     warnings.append(&mut found.warnings);
-    recording_of_clocks(
+    let bases: Vec<(TimeBase, Seconds)> = (placed.iter())
+        .map(|placed| (placed.base.clone(), Seconds(placed.start_s)))
+        .collect();
+    let columns = (placed.into_iter().enumerate())
+        .flat_map(|(number, placed)| {
+            placed
+                .group
+                .columns
+                .into_iter()
+                .map(move |column| (column, number))
+        })
+        .collect();
+    recording_of_bases(
         path,
         columns,
+        &bases,
         warnings,
         options,
         WithoutUnit::OnlyScale { counts: &[] },
@@ -188,18 +202,22 @@ fn one_length(path: &Path, groups: &[Group]) -> Result<(), ReadError> {
     Ok(())
 }
 
-/// A channel with its clock.
-type Clocked = (Column, Clock);
+/// Channels on the grid of their time.
+struct Placed {
+    group: Group,
+    base: TimeBase,
+    start_s: f64,
+}
 
-/// The channels with their clocks, and the warnings about the times.
+/// The channels with their grids, and the warnings about the times.
 fn on_clocks(
     path: &Path,
     groups: Vec<Group>,
     found: &mut Found,
     options: &ReadOptions,
-) -> Result<(Vec<Clocked>, Vec<Warning>), ReadError> {
+) -> Result<(Vec<Placed>, Vec<Warning>), ReadError> {
     let of_times: Vec<Option<SampleRate>> = (found.times.columns.iter())
-        .map(|time| rate_of(path, time, &mut Vec::new()).ok())
+        .map(|time| Some(base_of(path, time, &mut Vec::new()).ok()?.rate))
         .collect();
     let rate_in_file = |group: &Group| match group.time {
         Some(time) => of_times[time],
@@ -211,16 +229,30 @@ fn on_clocks(
     let mut warnings = Vec::<Warning>::new();
     let mut placed = Vec::new();
     for group in groups {
-        let mut of_rate = Vec::new();
-        let rate = match (group.time, &group.stated) {
+        let (mut of_rate, mut start_s) = (Vec::new(), 0.0);
+        let base = match (group.time, &group.stated) {
             (Some(time), stated) => {
+                let rate = of_times[time];
                 let time = &found.times.columns[time];
-                Some(rate_of(path, time, &mut of_rate).map(|rate| (rate, time, stated)))
+                if let (true, Some(rate)) = (several, rate) {
+                    start_s = start_of(time, rate);
+                }
+                // A rate of a file with several is that of other channels.
+                let own = stated.as_ref().filter(|stated| {
+                    let agrees = |rate: &SampleRate| agree(rate.hz(), stated.rate.hz());
+                    rate.as_ref().is_some_and(agrees) || !of_times.iter().flatten().any(agrees)
+                });
+                Some(match own {
+                    Some(stated) => {
+                        let stated = (stated.name.as_str(), stated.rate);
+                        Ok(base_beside(path, time, stated, &mut of_rate))
+                    }
+                    None => base_of(path, time, &mut of_rate),
+                })
             }
-            _ => None,
+            (None, stated) => (stated.as_ref()).map(|stated| Ok(TimeBase::even(stated.rate))),
         };
-        let mut start_s = 0.0;
-        let rate = match rate {
+        let base = match base {
             Some(Err(error)) if options.rate.is_none() && some_usable => {
                 let names: Vec<&str> = (group.columns.iter())
                     .map(|column| column.name.as_str())
@@ -228,30 +260,21 @@ fn on_clocks(
                 found.guess(format!("{} was left out: {error}", names.join(", ")));
                 continue;
             }
-            Some(rate) => Some(rate.map(|(rate, time, stated)| {
-                if several {
-                    start_s = start_of(time, rate);
-                }
-                agreed(rate, time, stated.as_ref(), &of_times, &mut found.warnings)
-            })),
-            None => group.stated.as_ref().map(|stated| Ok(stated.rate)),
-        };
-        let clock = Clock {
-            rate_hz: choose_rate(path, options.rate, rate, &mut of_rate)?,
-            start_s: Seconds(start_s),
+            base => choose_base(path, options.rate, base, &mut of_rate)?,
         };
         for warning in of_rate {
             if !warnings.contains(&warning) {
                 warnings.push(warning);
             }
         }
-        placed.push((group, clock));
+        placed.push(Placed {
+            group,
+            base,
+            start_s,
+        });
     }
     one_after_the_other(&mut placed, found);
-    let columns = (placed.into_iter())
-        .flat_map(|(group, clock)| group.columns.into_iter().map(move |column| (column, clock)))
-        .collect();
-    Ok((columns, warnings))
+    Ok((placed, warnings))
 }
 
 /// Refuses one rate for channels of several.
@@ -278,37 +301,6 @@ fn agree(a_hz: f64, b_hz: f64) -> bool {
     (a_hz / b_hz - 1.0).abs() <= ROUNDED_TIMES
 }
 
-/// The rate that times give, or the `stated` one where it agrees with them.
-fn agreed(
-    found: SampleRate,
-    time: &Column,
-    stated: Option<&StatedRate>,
-    all: &[Option<SampleRate>],
-    warnings: &mut Vec<Warning>,
-) -> SampleRate {
-    let Some(StatedRate {
-        name, rate: stated, ..
-    }) = stated
-    else {
-        return found;
-    };
-    // Times are often stored with few digits: their mean step is less exact than the stated rate.
-    if agree(found.hz(), stated.hz()) {
-        return *stated;
-    }
-    // A rate of a file with several is that of other channels.
-    let of_others = (all.iter().flatten()).any(|other| agree(other.hz(), stated.hz()));
-    if !of_others {
-        warnings.push(Warning::from(RecordingWarning::Guessed {
-            what: format!(
-                "`{name}` states {stated}, `{}` gives {found}: the second was used",
-                time.name
-            ),
-        }));
-    }
-    found
-}
-
 /// When the first sample was taken, in s. The unit of the times follows from their rate: s or a power of ten of it.
 fn start_of(time: &Column, rate: SampleRate) -> f64 {
     let (Some(first), Some(last)) = (time.values.first(), time.values.last()) else {
@@ -319,29 +311,32 @@ fn start_of(time: &Column, rate: SampleRate) -> f64 {
 }
 
 /// Runs of one array (elements, cells) at the same time, but of different lengths, were recorded one after the other.
-fn one_after_the_other(placed: &mut [(Group, Clock)], found: &mut Found) {
+fn one_after_the_other(placed: &mut [Placed], found: &mut Found) {
     for first in 0..placed.len() {
-        let (group, clock) = &placed[first];
-        let (of, clock) = (run_of(&group.scope), *clock);
-        let is_run = |(other, its): &(Group, Clock)| {
-            of.is_some() && run_of(&other.scope) == of && *its == clock
+        let Placed {
+            group,
+            base,
+            start_s,
+        } = &placed[first];
+        let (of, rate, start_s) = (run_of(&group.scope), base.rate, *start_s);
+        let is_run = |other: &Placed| {
+            of.is_some()
+                && run_of(&other.group.scope) == of
+                && (other.base.rate, other.start_s) == (rate, start_s)
         };
         let runs: Vec<usize> = (first..placed.len())
             .filter(|at| is_run(&placed[*at]))
             .collect();
-        if runs
-            .iter()
-            .all(|at| placed[*at].0.len() == placed[first].0.len())
-        {
+        let length = placed[first].group.len();
+        if runs.iter().all(|at| placed[*at].group.len() == length) {
             continue;
         }
-        let mut start_s = clock.start_s.0;
+        let mut start_s = start_s;
         for at in &runs {
-            let (group, clock) = &mut placed[*at];
-            clock.start_s = Seconds(start_s);
-            start_s += clock.rate_hz.duration_of(group.len()).0;
+            placed[*at].start_s = start_s;
+            start_s += rate.duration_of(placed[*at].group.len()).0;
         }
-        let name = |at: &usize| placed[*at].0.columns[0].name.clone();
+        let name = |at: &usize| placed[*at].group.columns[0].name.clone();
         let names: Vec<String> = runs.iter().take(3).map(name).collect();
         found.guess(format!(
             "{} runs of different lengths ({}, …) are placed one after the other: the times between them are not in the file",

@@ -10,7 +10,7 @@ use piezotact::statistics::median;
 
 use super::convert::shape;
 use super::{MatNumbers, MatValue};
-use crate::csv_table::Column;
+use crate::columns::Column;
 use crate::error::ReadError;
 
 /// Names of vectors of time, of rates, and of their inverse, in small letters.

@@ -1,12 +1,32 @@
 //! Sound files other than WAV: FLAC is decoded, the others are known to be refused by their names.
 
-use super::ReadOptions;
+use super::{FileKind, ReadOptions, Reader};
 use crate::error::ReadError;
-use crate::format::Opened;
+use crate::format::{Format, Opened, Recognition};
 use crate::recording_file::Stored;
 
+pub(super) const FLAC: Format<FileKind, Reader> = Format {
+    kind: FileKind::FLAC,
+    label: if cfg!(feature = "flac") { "FLAC" } else { "" },
+    endings: &["flac"],
+    sniff: Recognition::Head(|head| head.starts_with(b"fLaC")),
+    read: from_flac,
+};
+
+pub(super) const OTHERS: Format<FileKind, Reader> = Format {
+    kind: FileKind::named("sound"),
+    label: "",
+    endings: &["aiff", "aif", "aifc", "caf", "w64", "bw64"],
+    sniff: Recognition::Head(|head| sound_name(head).is_some()),
+    read: |file, _| {
+        let name = sound_name(file.head()).unwrap_or("unknown");
+        let found = format!("a sound file of the kind {name}");
+        Err(super::none(file, &found, "convert it to WAV".into()))
+    },
+};
+
 #[cfg(feature = "flac")]
-pub(super) fn from_flac(file: &mut Opened<'_>, options: &ReadOptions) -> Result<Stored, ReadError> {
+fn from_flac(file: &mut Opened<'_>, options: &ReadOptions) -> Result<Stored, ReadError> {
     let path = file.path;
     let bytes = file.bytes()?;
     let flac = crate::flac::parse_flac(path, bytes)?;
@@ -18,7 +38,7 @@ pub(super) fn from_flac(file: &mut Opened<'_>, options: &ReadOptions) -> Result<
 }
 
 #[cfg(not(feature = "flac"))]
-pub(super) fn from_flac(file: &mut Opened<'_>, _: &ReadOptions) -> Result<Stored, ReadError> {
+fn from_flac(file: &mut Opened<'_>, _: &ReadOptions) -> Result<Stored, ReadError> {
     let todo = "convert it to WAV, or build piezotact with ./x build, which reads it";
     Err(super::none(
         file,
@@ -28,7 +48,7 @@ pub(super) fn from_flac(file: &mut Opened<'_>, _: &ReadOptions) -> Result<Stored
 }
 
 /// What a sound file that is not read is called, by its first bytes.
-pub(super) fn sound_name(head: &[u8]) -> Option<&'static str> {
+fn sound_name(head: &[u8]) -> Option<&'static str> {
     match (head.get(..4)?, head.get(8..12)?) {
         (b"FORM", b"AIFF") => Some("AIFF"),
         (b"FORM", b"AIFC") => Some("AIFF-C"),
