@@ -18,6 +18,8 @@ pub mod document;
 pub mod eeg;
 mod error;
 mod felt_folder;
+#[cfg(feature = "flac")]
+mod flac;
 mod flat;
 pub mod format;
 pub mod haptic;

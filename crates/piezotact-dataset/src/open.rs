@@ -2,6 +2,7 @@
 
 mod beside;
 mod npy;
+mod sound;
 
 use piezotact::checksum::Checksum;
 use std::collections::BTreeMap;
@@ -58,6 +59,8 @@ pub struct FileKind {
 impl FileKind {
     /// A WAV file.
     pub const WAV: Self = Self::named("WAV");
+    /// A FLAC file.
+    pub const FLAC: Self = Self::named("FLAC");
     /// A Parquet file.
     pub const PARQUET: Self = Self::named("Parquet");
     /// The journal of an interrupted recording.
@@ -170,6 +173,8 @@ static RECORDINGS: &[Format<FileKind, Reader>] = &[
         sniff: Recognition::Head(|head| head.starts_with(b"RIFF") || head.starts_with(b"RF64")),
         read: |file, options| from_wav(file.path, file.bytes()?, options),
     },
+    sound::FLAC,
+    sound::OTHERS,
     Format {
         kind: FileKind::LVM,
         label: "LVM",
@@ -473,7 +478,19 @@ fn contents_of(mut stored: Stored, kind: FileKind) -> Contents {
 }
 
 fn from_wav(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Stored, ReadError> {
-    let mut wav = parse_wav(path, bytes)?;
+    let wav = parse_wav(path, bytes)?;
+    let step = wav.format.step_ratio();
+    from_sound(path, bytes, wav, step, options)
+}
+
+/// The samples of a sound file, whose converter has this `step`, with what the sidecar says of them.
+fn from_sound(
+    path: &Path,
+    bytes: &[u8],
+    mut wav: Wav,
+    step: Option<f64>,
+    options: &ReadOptions,
+) -> Result<Stored, ReadError> {
     let beside = Beside::read(path)?.unwrap_or_else(|| Beside::none(path));
     let of_samples = beside.of_samples.clone();
     let mut warnings = std::mem::take(&mut wav.warnings);
@@ -517,7 +534,7 @@ fn from_wav(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Stored, 
                 }));
             }
             let (unit, factor) = own.unwrap_or((unit.clone(), factor));
-            if let Some(step) = wav.format.step_ratio() {
+            if let Some(step) = step {
                 warnings.extend(piezotact::spectrum::quantisation_warning(
                     &name, &samples, step,
                 ));

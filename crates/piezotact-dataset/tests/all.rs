@@ -5,10 +5,12 @@ mod eeg;
 mod eeg_damage;
 mod eeg_odd;
 mod eeg_written;
+mod flac;
 mod haptic;
 mod haptic_limits;
 mod lvm;
 mod matlab;
+mod matlab_recordings;
 mod newer_files;
 mod npy;
 #[path = "../../piezotact/tests/shared_data/mod.rs"]

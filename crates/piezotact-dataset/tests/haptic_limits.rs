@@ -150,3 +150,43 @@ fn what_would_fill_the_memory_or_is_not_played_says_so() {
         .to_string();
     assert!(error.contains("composite effects"), "{error}");
 }
+
+/// Apple, `CHHapticParameterCurve.ControlPoint`: times count from the start of their curve.
+#[test]
+fn control_points_count_from_their_own_curve_in_ahap() {
+    let points: Vec<String> = (0..20)
+        .map(|k| format!(r#"{{"time": {k}, "amplitude": 0.5}}"#))
+        .collect();
+    let text = format!(
+        r#"{{"version": {{"major": 1}}, "signals": {{"continuous": {{"envelopes": {{"amplitude": [{}]}}}}}}}}"#,
+        points.join(", ")
+    );
+    let clip = parse_haptic(Path::new("t.haptic"), text.as_bytes()).unwrap();
+    let pattern = ahap_of(&clip).content.pattern;
+    let curves: Vec<(f32, Vec<f32>)> = (pattern.iter())
+        .filter_map(|entry| match entry {
+            AhapPattern::ParameterCurve(curve) => {
+                let points = &curve.parameter_curve_control_points;
+                Some((curve.time, points.iter().map(|point| point.time).collect()))
+            }
+            _ => None,
+        })
+        .collect();
+    let first = (0..16_u8).map(f32::from).collect();
+    assert_eq!(
+        curves,
+        [(0.0, first), (15.0, vec![0.0, 1.0, 2.0, 3.0, 4.0])]
+    );
+}
+
+#[test]
+fn a_sound_that_fades_and_repeats_is_read_in_ahap() {
+    let text = r#"{"Version": 1, "Pattern": [{"Event": {"EventType": "AudioCustom", "Time": 0, "EventWaveformPath": "a.wav",
+        "EventWaveformUseVolumeEnvelope": true, "EventWaveformLoopEnabled": false, "EventParameters": []}}]}"#;
+    let read = piezotact_haptic::parse_ahap(text.as_bytes()).unwrap();
+    let AhapPattern::Event(event) = &read.pattern[0] else {
+        unreachable!("{read:?}");
+    };
+    assert_eq!(event.event_waveform_use_volume_envelope, Some(true));
+    assert_eq!(event.event_waveform_loop_enabled, Some(false));
+}

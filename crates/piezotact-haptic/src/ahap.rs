@@ -1,7 +1,8 @@
 //! Apple Haptic and Audio Patterns: events and parameter curves.
 //!
-//! Source of the structure: Apple, *Representing haptic patterns in AHAP files*; of the conversion: Lofelt
-//! `NiceVibrations` (MIT, Meta Platforms), `core/datamodel/src/ios/v1.rs`.
+//! Source of the structure: Apple, *Representing haptic patterns in AHAP files*; of the times in a curve: Apple,
+//! `CHHapticParameterCurve.ControlPoint`; of the conversion: Lofelt `NiceVibrations` (MIT, Meta Platforms),
+//! `core/datamodel/src/ios/v1.rs`.
 
 use crate::HapticError;
 use crate::envelope::{
@@ -62,6 +63,12 @@ pub struct AhapEvent {
     /// The sound it plays.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub event_waveform_path: Option<String>,
+    /// Whether its sound fades in and out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub event_waveform_use_volume_envelope: Option<bool>,
+    /// Whether its sound is repeated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub event_waveform_loop_enabled: Option<bool>,
     #[serde(default)]
     pub event_parameters: Vec<AhapParameter>,
 }
@@ -130,7 +137,7 @@ pub enum AhapParameterId {
 pub struct AhapCurve {
     #[serde(rename = "ParameterID")]
     pub parameter_id: AhapParameterId,
-    /// When the curve begins, s.
+    /// When the curve begins, s after the pattern.
     pub time: f32,
     pub parameter_curve_control_points: Vec<AhapControlPoint>,
 }
@@ -139,7 +146,7 @@ pub struct AhapCurve {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "PascalCase", deny_unknown_fields)]
 pub struct AhapControlPoint {
-    /// When, s.
+    /// When, s after its curve begins.
     pub time: f32,
     pub parameter_value: f32,
 }
@@ -157,21 +164,21 @@ pub fn parse_ahap(bytes: &[u8]) -> Result<Ahap, HapticError> {
 }
 
 /// The AHAP pattern of `clip`, with what it does not carry: curves of intensity and sharpness in pieces of 16 control
-/// points, the last of one being the first of the next; continuous events of at most 30 s; a transient for every
+/// points, the last of one being the first of the next, with times from their own beginning; continuous events of at most 30 s; a transient for every
 /// emphasis but that of the first breakpoint, whose continuous intensity gives way.
 #[must_use]
 pub fn ahap_of(clip: &HapticClip) -> Exported<Ahap> {
-    let amplitude: Vec<AhapControlPoint> = clip
+    let amplitude: Vec<[f64; 2]> = clip
         .envelopes
         .amplitude()
         .iter()
-        .map(|point: &AmplitudePoint| control(point.time_s, continuous_intensity(point)))
+        .map(|point: &AmplitudePoint| [point.time_s, continuous_intensity(point)])
         .collect();
-    let frequency: Vec<AhapControlPoint> = clip
+    let frequency: Vec<[f64; 2]> = clip
         .envelopes
         .frequency()
         .iter()
-        .map(|point: &FrequencyPoint| control(point.time_s, sharpness_control(point)))
+        .map(|point: &FrequencyPoint| [point.time_s, sharpness_control(point)])
         .collect();
     let mut pattern = curves(AhapParameterId::HapticIntensityControl, &amplitude);
     pattern.extend(curves(AhapParameterId::HapticSharpnessControl, &frequency));
@@ -183,6 +190,8 @@ pub fn ahap_of(clip: &HapticClip) -> Exported<Ahap> {
             time: start_s as f32,
             event_duration: Some((duration_s - start_s).min(LONGEST_EVENT_S) as f32),
             event_waveform_path: None,
+            event_waveform_use_volume_envelope: None,
+            event_waveform_loop_enabled: None,
             event_parameters: felt(1.0, 0.0),
         }));
         start_s += LONGEST_EVENT_S;
@@ -195,6 +204,8 @@ pub fn ahap_of(clip: &HapticClip) -> Exported<Ahap> {
             time: point.time_s as f32,
             event_duration: None,
             event_waveform_path: None,
+            event_waveform_use_volume_envelope: None,
+            event_waveform_loop_enabled: None,
             event_parameters: felt(transient_intensity(emphasis), emphasis.frequency),
         }))
     }));
@@ -246,13 +257,6 @@ pub fn ahap_of(clip: &HapticClip) -> Exported<Ahap> {
     }
 }
 
-fn control(time_s: f64, value: f64) -> AhapControlPoint {
-    AhapControlPoint {
-        time: time_s as f32,
-        parameter_value: value as f32,
-    }
-}
-
 fn felt(intensity: f64, sharpness: f64) -> Vec<AhapParameter> {
     [
         (AhapParameterId::HapticIntensity, intensity),
@@ -266,23 +270,28 @@ fn felt(intensity: f64, sharpness: f64) -> Vec<AhapParameter> {
     .collect()
 }
 
-/// Pieces of at most 16 points that share their ends; the value itself where there is one point.
-fn curves(parameter_id: AhapParameterId, points: &[AhapControlPoint]) -> Vec<AhapPattern> {
+/// Pieces of at most 16 points (a time in s and a value) that share their ends; the value itself where there is one point.
+fn curves(parameter_id: AhapParameterId, points: &[[f64; 2]]) -> Vec<AhapPattern> {
     let starts = (0..points.len().saturating_sub(1)).step_by(POINTS_A_CURVE - 1);
     let held = points.first().filter(|_| points.len() == 1).map(|first| {
         AhapPattern::Parameter(AhapDynamic {
             parameter_id,
             time: 0.0,
-            parameter_value: first.parameter_value,
+            parameter_value: first[1] as f32,
         })
     });
     held.into_iter()
         .chain(starts.map(|start| {
             let piece = &points[start..points.len().min(start + POINTS_A_CURVE)];
+            let begins_s = piece[0][0];
+            let control = |[time_s, value]: &[f64; 2]| AhapControlPoint {
+                time: (time_s - begins_s) as f32,
+                parameter_value: *value as f32,
+            };
             AhapPattern::ParameterCurve(AhapCurve {
                 parameter_id,
-                time: piece[0].time,
-                parameter_curve_control_points: piece.to_vec(),
+                time: begins_s as f32,
+                parameter_curve_control_points: piece.iter().map(control).collect(),
             })
         }))
         .collect()

@@ -173,6 +173,38 @@ fn raw_sq_is_as_published() {
     }
 }
 
+/// Archives of others, against `SurfaceTopography`, x3ptools and a reading of zip and XML by hand (`expected.json` beside them):
+/// columns, rows, points that were not measured, Sq in m.
+#[test]
+fn archives_are_what_other_programs_read() {
+    for (file, columns, rows, missing, sq) in [
+        ("openfmc/ISO5436-sample1.x3p", 4, 4, 1, 0.610_509_154_5),
+        ("openfmc/ISO5436-sample1_bin.x3p", 4, 4, 1, 0.610_509_154_5),
+        ("openfmc/ISO5436-sample4.x3p", 4, 4, 1, 0.610_537_577_3),
+        ("openfmc/ISO5436-sample4_bin.x3p", 4, 4, 1, 0.610_537_577_3),
+        (
+            "openfmc/KautschukInfiniteFocus.x3p",
+            860,
+            634,
+            5296,
+            3.398_871_811e-6,
+        ),
+        ("x3ptools/sample-land.x3p", 918, 256, 25_292, 34.334_27e-6),
+    ] {
+        let Some(path) = shared(file) else { continue };
+        let read = read_topography(&path, &TopographyOptions::default()).unwrap();
+        let (heights, found, _, _) = heights_of(&read.topography);
+        let not_measured = heights.iter().filter(|z| z.is_nan()).count();
+        assert_eq!(
+            (found, heights.len() / found, not_measured),
+            (columns, rows, missing),
+            "{file}"
+        );
+        // Sq as published has seven digits.
+        assert_near(file, sq_m(&read.topography), sq, 2e-7 * sq);
+    }
+}
+
 /// The instrument's own roughness profile has the Ra and Rq that it prints.
 #[test]
 fn surfcom_profiles_have_the_instruments_roughness() {

@@ -341,6 +341,75 @@ fn x3p_has_four_data_types_a_mask_and_checksums() {
     assert_refused(b"PK\x03\x04 and nothing more", "X3P");
 }
 
+/// A zip archive of these files.
+fn archive(files: &[(&str, &[u8])]) -> Vec<u8> {
+    let mut zip = zip::ZipWriter::new(Cursor::new(Vec::new()));
+    for (name, bytes) in files {
+        zip.start_file(*name, zip::write::SimpleFileOptions::default())
+            .unwrap();
+        zip.write_all(bytes).unwrap();
+    }
+    zip.finish().unwrap().into_inner()
+}
+
+/// As ISO 5436-2 has them in its samples, R writes them, and an Alicona marks what it did not measure.
+#[test]
+fn x3p_has_its_heights_in_the_xml_in_a_folder_and_infinite() {
+    let binary = X3p {
+        feature: "SUR",
+        sizes: [3, 2, 1],
+        z_type: "I",
+        z_more: "<Increment>1e-6</Increment><Offset>0.001</Offset>",
+        links: "",
+        data: [1_i16, 2, 3, 4, 5, 6].map(i16::to_le_bytes).concat(),
+        more: &[],
+    };
+    let link = "<DataLink><PointDataLink>bindata/data.bin</PointDataLink></DataLink>";
+    let with = |list: &str| {
+        let main = binary.main().replace(link, list);
+        archive(&[("main.xml", main.as_bytes())])
+    };
+    let listed = with(
+        "<DataList><Datum>1</Datum><Datum> 2 </Datum><Datum/><Datum>4</Datum><Datum></Datum><Datum>6</Datum></DataList>",
+    );
+    let mut expected = [1e-6, 2e-6, f64::NAN, 4e-6, f64::NAN, 6e-6].map(|z| z + 1e-3);
+    assert_heights(&parse(&listed, &NOTHING).unwrap(), &expected);
+    assert_refused(&with("<DataList><Datum>1</Datum></DataList>"), "6 heights");
+    assert_refused(&with(""), "found 0 in `main.xml`");
+    assert_refused(&with(&"<Datum>1;2;3</Datum>".repeat(6)), "`1;2;3`");
+
+    let folder = archive(&[
+        ("land/bindata/data.bin", &binary.data),
+        ("land/main.xml", binary.main().as_bytes()),
+        ("__MACOSX/land/._main.xml", b"litter"),
+        ("__MACOSX/land/main.xml", b"litter"),
+    ]);
+    expected[2] = 3e-6 + 1e-3;
+    expected[4] = 5e-6 + 1e-3;
+    assert_heights(&parse(&folder, &NOTHING).unwrap(), &expected);
+    let two = archive(&[("a/main.xml", b""), ("b/main.xml", b"")]);
+    assert_refused(&two, "a/main.xml, b/main.xml");
+    assert_refused(&archive(&[("xl/workbook.xml", b"")]), "an Excel workbook");
+    assert_refused(&archive(&[("a.txt", b"")]), "1 files: a.txt");
+
+    let measured = [1e-6_f32, f32::INFINITY, 3e-6, f32::NEG_INFINITY, 5e-6, 6e-6];
+    let alicona = X3p {
+        z_type: "F",
+        z_more: "",
+        data: measured.map(f32::to_le_bytes).concat(),
+        ..binary.clone()
+    };
+    let heights = measured.map(|z| {
+        if z.is_finite() {
+            f64::from(z)
+        } else {
+            f64::NAN
+        }
+    });
+    assert_heights(&parse(&alicona.bytes(), &NOTHING).unwrap(), &heights);
+    attack(&listed);
+}
+
 #[test]
 fn bcr_has_whole_numbers_floats_and_wide_headers() {
     let header = |format: &str, more: &str| {

@@ -72,6 +72,12 @@ fn a_matrix_states_its_scale_or_a_person_does() {
             NOTHING,
         ),
         (format!("{gwyddion}{}", rows.replace(' ', "\t")), NOTHING),
+        (
+            format!(
+                "# Kanal: Topography\n# Breite: 8.0 µm\n# Höhe: 4.0 µm\n# Value units: µm\n{rows}"
+            ),
+            NOTHING,
+        ),
     ] {
         let read = parse(text.as_bytes(), &options).unwrap();
         assert_eq!(read.kind, TopographyKind::MatrixText);

@@ -1,49 +1,20 @@
-//! From the variables of a MATLAB file to recordings and transfer functions.
+//! The variables of a MATLAB file by their names, and from them to transfer functions.
 
 use piezotact::recording::RecordingWarning;
 use std::path::Path;
 
 use piezotact::Warning;
 use piezotact::quantity::{Degrees, Newtons, SampleRate, Unit};
-use piezotact::recording::Recording;
 use piezotact::transfer::{Estimator, StoredIdentities};
 
+use super::signals::TIMES;
 use super::stored;
 use super::{MatFile, MatNumbers, MatValue};
-use crate::columns::{Column, WithoutUnit, recording_of as table_of};
 use crate::error::ReadError;
-use crate::open::ReadOptions;
-use crate::time_column::{TimeBase, base_beside, base_of, choose_base};
 use crate::transfer_file::{Lines, from_lines};
 use crate::transfer_json::TransferDocument;
 
-/// Names of vectors of time, of rates, and of their inverse; of the columns of a transfer function. All in small
-/// letters.
-const TIMES: [&str; 7] = [
-    "t",
-    "time",
-    "time_s",
-    "timestamp",
-    "zeit",
-    "temps",
-    "time_domain",
-];
-const RATES: [&str; 13] = [
-    "fs",
-    "sr",
-    "rate",
-    "rate_hz",
-    "sampling_rate",
-    "samplingrate",
-    "sample_rate",
-    "samplerate",
-    "sampling_frequency",
-    "srate",
-    "samplingfrequency",
-    "sfreq",
-    "time_sample_rate",
-];
-const STEPS: [&str; 3] = ["dt", "delta_t", "time_step"];
+/// Names of the columns of a transfer function, in small letters.
 const FREQUENCIES: [&str; 7] = [
     "frequency_hz",
     "f",
@@ -54,34 +25,75 @@ const FREQUENCIES: [&str; 7] = [
     "freq_domain",
 ];
 const COHERENCES: [&str; 5] = ["coherence", "coh", "gamma2", "cxy", "c"];
-/// More columns than this make a matrix that is no recording.
-const MOST_CHANNELS: usize = 512;
+/// Arrays of more elements or cells are not taken apart.
+const MOST_ELEMENTS: usize = 4096;
 
-/// The variables, those of structures named `structure.field`.
-fn flat(file: &MatFile) -> Vec<(String, &MatValue)> {
+/// The variables; those of structures are named `structure.field`, of arrays `structures(2).field` and `cells{2}`. A structure with
+/// `Name` and `Value` (a property, as converters of TDMS write them) is a variable of that name.
+pub(super) fn flat(file: &MatFile) -> Vec<(String, &MatValue)> {
     let mut found = Vec::new();
     let mut open: Vec<(String, &MatValue)> = file
         .variables
         .iter()
         .rev()
+        // What has no name is MATLAB's own.
+        .filter(|variable| !variable.name.is_empty())
         .map(|variable| (variable.name.clone(), &variable.value))
         .collect();
     while let Some((name, value)) = open.pop() {
         match value {
             MatValue::Struct {
-                dims,
                 class: None,
                 fields,
                 values,
-            } if super::count(dims) == Some(1) => {
-                for (field, value) in fields.iter().zip(values).rev() {
-                    open.push((format!("{name}.{field}"), value));
+                ..
+            } if !fields.is_empty() && values.len() / fields.len() <= MOST_ELEMENTS => {
+                let elements = values.chunks_exact(fields.len());
+                let one = elements.len() == 1;
+                for (k, element) in elements.enumerate().rev() {
+                    let place = match one {
+                        true => name.clone(),
+                        false => format!("{name}({})", k + 1),
+                    };
+                    if let Some((property, value)) = property_of(fields, element) {
+                        let around = name.rsplit_once('.').map_or("", |(around, _)| around);
+                        let dot = if around.is_empty() { "" } else { "." };
+                        open.push((format!("{around}{dot}{property}"), value));
+                    } else {
+                        for (field, value) in fields.iter().zip(element).rev() {
+                            open.push((format!("{place}.{field}"), value));
+                        }
+                    }
+                }
+            }
+            MatValue::Cell { values, .. }
+                if (1..=MOST_ELEMENTS).contains(&values.len())
+                    && !values
+                        .iter()
+                        .all(|value| matches!(value, MatValue::Text(_))) =>
+            {
+                for (k, value) in values.iter().enumerate().rev() {
+                    open.push((format!("{name}{{{}}}", k + 1), value));
                 }
             }
             _ => found.push((name, value)),
         }
     }
     found
+}
+
+/// The name and the value of a structure that holds nothing else.
+fn property_of<'m>(fields: &[String], element: &'m [MatValue]) -> Option<(&'m str, &'m MatValue)> {
+    let [name, value] = element else { return None };
+    let named = |at: usize, called: &str| {
+        fields
+            .get(at)
+            .is_some_and(|f| f.eq_ignore_ascii_case(called))
+    };
+    let is_property = named(0, "name") && named(1, "value") && value.scalar().is_some();
+    name.text()
+        .filter(|_| is_property)
+        .map(|name| (name, value))
 }
 
 fn is_called(name: &str, names: &[&str]) -> bool {
@@ -102,7 +114,7 @@ fn by_name<'a>(
     })
 }
 
-fn shape(value: &MatValue) -> String {
+pub(super) fn shape(value: &MatValue) -> String {
     let by = |dims: &[usize]| {
         let dims: Vec<String> = dims.iter().take(4).map(usize::to_string).collect();
         dims.join("×")
@@ -118,11 +130,13 @@ fn shape(value: &MatValue) -> String {
         MatValue::Cell { dims, .. } => format!("{} cells", by(dims)),
         MatValue::Struct { dims, .. } => format!("{} structures", by(dims)),
         MatValue::Sparse { rows, columns, .. } => format!("{rows}×{columns} sparse"),
+        MatValue::Object(Some(class)) => format!("an object of the class {class}"),
+        MatValue::Object(None) => "an object of a class".into(),
         MatValue::Unreadable(what) => what.clone(),
     }
 }
 
-fn listed(variables: &[(String, &MatValue)]) -> String {
+pub(super) fn listed(variables: &[(String, &MatValue)]) -> String {
     if variables.is_empty() {
         return "no variables".into();
     }
@@ -137,170 +151,6 @@ fn listed(variables: &[(String, &MatValue)]) -> String {
     named.join(", ")
 }
 
-/// The numbers of a file as the channels of a recording.
-pub(crate) fn recording_of(
-    path: &Path,
-    file: &MatFile,
-    options: &ReadOptions,
-) -> Result<Recording, ReadError> {
-    let variables = flat(file);
-    let mut warnings = Vec::new();
-    let time = variables.iter().find_map(|(name, value)| {
-        let values = value.vector().filter(|values| values.len() > 1)?;
-        is_called(name, &TIMES).then(|| Column {
-            name: name.clone(),
-            unit: None,
-            values: values.to_vec(),
-        })
-    });
-    let mut columns = Vec::new();
-    let mut about = Vec::new();
-    for (name, value) in &variables {
-        if let MatValue::Numbers(numbers) = value
-            && !is_called(name, &TIMES)
-        {
-            if !numbers.exact {
-                about.push(Warning::from(RecordingWarning::Guessed {
-                    what: format!("`{name}` holds integers beyond ±2⁵³, which were rounded"),
-                }));
-            }
-            columns.extend(columns_of(name, numbers));
-        }
-    }
-    let length = match &time {
-        Some(time) => time.values.len(),
-        None => one_length(path, &columns)?,
-    };
-    let before = columns.len();
-    let mut left_out = Vec::new();
-    columns.retain(|column| {
-        let fits = column.values.len() == length;
-        if !fits {
-            left_out.push(column.name.clone());
-        }
-        fits
-    });
-    if columns.is_empty() {
-        return Err(ReadError::content(
-            path,
-            "vectors of real numbers, all of one length, as channels",
-            listed(&variables),
-            "save the channels as vectors with a rate `fs` or a time `t`, or export them as CSV with a header",
-        ));
-    }
-    if before > columns.len() {
-        left_out.truncate(6);
-        about.push(Warning::from(RecordingWarning::Guessed {
-            what: format!(
-                "{} vectors are not as long as the time ({length}) and were left out: {}",
-                before - columns.len(),
-                left_out.join(", ")
-            ),
-        }));
-    }
-    let scalar = scalar_rate(path, &variables)?;
-    let found = match (&time, scalar) {
-        (Some(time), Some((name, rate))) => {
-            let stated = (name.as_str(), rate);
-            Some(Ok(base_beside(path, time, stated, &mut warnings)))
-        }
-        (Some(time), None) => Some(base_of(path, time, &mut warnings)),
-        (None, Some((_, rate))) => Some(Ok(TimeBase::even(rate))),
-        (None, None) => None,
-    };
-    if options.rate.is_none() && found.is_none() {
-        return Err(ReadError::content(
-            path,
-            "a rate: a number named fs, rate or sampling_rate, or a vector named t or time",
-            listed(&variables),
-            "give the rate with --rate, for example --rate 5000",
-        ));
-    }
-    let base = choose_base(path, options.rate, found, &mut warnings)?;
-    warnings.append(&mut about);
-    table_of(
-        path,
-        columns,
-        &base,
-        warnings,
-        options,
-        WithoutUnit::OnlyScale { counts: &[] },
-    )
-}
-
-/// A vector as one column, a matrix as one for each of its shorter dimension.
-fn columns_of(name: &str, numbers: &MatNumbers) -> Vec<Column> {
-    if numbers.imaginary.is_some() || numbers.real.len() < 2 {
-        return Vec::new();
-    }
-    let column = |name, values| Column {
-        name,
-        unit: None,
-        values,
-    };
-    if numbers.is_vector() {
-        return vec![column(name.to_owned(), numbers.real.clone())];
-    }
-    let &[rows, columns] = numbers.dims.as_slice() else {
-        return Vec::new();
-    };
-    if rows.min(columns) > MOST_CHANNELS {
-        return Vec::new();
-    }
-    if rows >= columns {
-        let parts = numbers.real.chunks_exact(rows).enumerate();
-        parts
-            .map(|(k, values)| column(format!("{name} {}", k + 1), values.to_vec()))
-            .collect()
-    } else {
-        (0..rows)
-            .map(|k| {
-                let values = numbers.real.iter().skip(k).step_by(rows).copied().collect();
-                column(format!("{name} {}", k + 1), values)
-            })
-            .collect()
-    }
-}
-
-/// The length that all columns share.
-fn one_length(path: &Path, columns: &[Column]) -> Result<usize, ReadError> {
-    let length = columns.first().map_or(0, |column| column.values.len());
-    match columns.iter().find(|column| column.values.len() != length) {
-        None => Ok(length),
-        Some(other) => Err(ReadError::content(
-            path,
-            "vectors of one length as channels, or a vector `t` or `time` whose length selects the channels",
-            format!(
-                "`{}` with {length} and `{}` with {} numbers",
-                columns.first().map_or("", |column| &column.name),
-                other.name,
-                other.values.len()
-            ),
-            "save the channels that were recorded together in a separate file",
-        )),
-    }
-}
-
-fn scalar_rate(
-    path: &Path,
-    variables: &[(String, &MatValue)],
-) -> Result<Option<(String, SampleRate)>, ReadError> {
-    let scalar = |names: &[&str]| {
-        variables.iter().find_map(|(name, value)| {
-            let value = value.scalar().filter(|_| is_called(name, names))?;
-            Some((name.clone(), value))
-        })
-    };
-    let found = scalar(&RATES).or_else(|| scalar(&STEPS).map(|(name, step)| (name, 1.0 / step)));
-    found
-        .map(|(name, hz)| {
-            SampleRate::new(hz)
-                .map(|rate| (name, rate))
-                .map_err(ReadError::of(path))
-        })
-        .transpose()
-}
-
 /// Whether a file holds a frequency response with its frequencies, and no time signals.
 pub(crate) fn holds_transfer(file: &MatFile) -> bool {
     let variables = flat(file);
@@ -313,7 +163,7 @@ pub(crate) fn holds_both(file: &MatFile) -> bool {
     holds_response(&variables) && holds_time_signals(&variables)
 }
 
-fn holds_response(variables: &[(String, &MatValue)]) -> bool {
+pub(super) fn holds_response(variables: &[(String, &MatValue)]) -> bool {
     !stored::responses(variables).is_empty() && by_name(variables, &FREQUENCIES).is_some()
 }
 

@@ -1,19 +1,24 @@
-//! MATLAB files of version 4 and of version 5 (which MATLAB calls 5, 6 and 7).
+//! MATLAB files of version 4, of version 5 (which MATLAB calls 5, 6 and 7), and with the feature `hdf5` of version 7.3.
 //!
-//! Source of the layout: The MathWorks, *MAT-File Format*. Version 7.3 is HDF5 and is refused by name. What a file
+//! Source of the layout: The MathWorks, *MAT-File Format*. Without the feature, version 7.3 is refused by name. What a file
 //! claims is checked against the bytes it has before anything is reserved: a damaged file is an error, never a panic.
 
 mod convert;
+mod recording;
+mod signals;
 mod stored;
 mod v4;
 mod v5;
+#[cfg(feature = "hdf5")]
+mod v73;
 mod write;
 
 use std::path::Path;
 
 pub use write::write_mat;
 
-pub(crate) use convert::{holds_both, holds_transfer, recording_of, transfer_of};
+pub(crate) use convert::{holds_both, holds_transfer, transfer_of};
+pub(crate) use recording::recording_of;
 
 use crate::error::ReadError;
 
@@ -94,7 +99,9 @@ pub enum MatValue {
         /// What is not 0.
         entries: Vec<MatEntry>,
     },
-    /// Something that only MATLAB understands; its kind is named.
+    /// An object of a class, such as a table, which only MATLAB understands; its class, where the file names it.
+    Object(Option<String>),
+    /// Something else that only MATLAB understands; its kind is named.
     Unreadable(String),
 }
 
@@ -186,18 +193,21 @@ fn is_hdf5(bytes: &[u8]) -> bool {
 /// Reads every variable of a MATLAB file.
 ///
 /// # Errors
-/// [`ReadError::Content`] when it is no MATLAB file, one of version 7.3, or damaged: it says where and what to do.
+/// [`ReadError::Content`] when it is no MATLAB file, one of version 7.3 without the feature `hdf5`, or damaged: it says where and what to do.
 pub fn parse_mat(path: &Path, bytes: &[u8]) -> Result<MatFile, ReadError> {
+    let source = Source { path };
     let newer = v5::version(bytes) == Some(2);
     if is_hdf5(bytes) || newer || bytes.starts_with(b"MATLAB 7.3 MAT-file") {
+        #[cfg(feature = "hdf5")]
+        return v73::read(&source, bytes);
+        #[cfg(not(feature = "hdf5"))]
         return Err(ReadError::content(
             path,
             "a MATLAB file of version 7 or older",
-            "one of version 7.3 (HDF5)",
-            "save it in MATLAB with the option -v7: save('file.mat', '-v7')",
+            "one of version 7.3 (HDF5), which this build does not read",
+            "build piezotact with ./x build, or save it in MATLAB with the option -v7: save('file.mat', '-v7')",
         ));
     }
-    let source = Source { path };
     if let Some(order) = v5::order(bytes) {
         v5::read(&source, bytes, order)
     } else if v4::looks_like(bytes) {
@@ -250,4 +260,45 @@ fn rows_of_text(dims: &[usize], units: &[u16]) -> Vec<String> {
             String::from_utf16_lossy(&units)
         })
         .collect()
+}
+
+/// Whether doubles hold these integers of 64 bits: 2⁵³ itself may already be another number rounded.
+fn is_exact(values: &[f64]) -> bool {
+    values
+        .iter()
+        .all(|value| value.abs() < 9_007_199_254_740_992.0)
+}
+
+/// The entries of a sparse matrix from where its columns start, their rows, and their numbers; `None` where these do not fit.
+fn sparse_entries(
+    rows: usize,
+    starts: &[f64],
+    row_of: &[f64],
+    real: &[f64],
+    imaginary: Option<&[f64]>,
+) -> Option<Vec<MatEntry>> {
+    let mut entries = Vec::new();
+    for (column, range) in starts.windows(2).enumerate() {
+        if !(0.0 <= range[0] && range[0] <= range[1] && range[1] <= row_of.len() as f64) {
+            return None;
+        }
+        let from = range[0] as usize;
+        let rows_here = row_of.iter().enumerate().take(range[1] as usize).skip(from);
+        for (k, &row) in rows_here {
+            if !(row >= 0.0 && row < rows as f64) {
+                return None;
+            }
+            entries.push(MatEntry {
+                row: row as usize,
+                column,
+                real: *real.get(k)?,
+                imaginary: match imaginary {
+                    Some(imaginary) => *imaginary.get(k)?,
+                    None => 0.0,
+                },
+            });
+        }
+    }
+    // Ranges rise, so no entry is counted twice: there are no more than the file has.
+    Some(entries)
 }

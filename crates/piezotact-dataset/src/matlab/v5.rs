@@ -5,16 +5,16 @@ use std::io::Read as _;
 use flate2::read::ZlibDecoder;
 
 use super::{
-    LARGEST, MOST_NUMBERS, MatEntry, MatFile, MatNumbers, MatValue, MatVariable, NumberClass,
-    Source, count, rows_of_text,
+    LARGEST, MOST_NUMBERS, MatFile, MatNumbers, MatValue, MatVariable, NumberClass, Source, count,
+    is_exact, rows_of_text, sparse_entries,
 };
 use crate::error::ReadError;
 use crate::stored::{ByteOrder, Stored};
 
 /// Arrays within arrays go no deeper than this.
-const DEEPEST: usize = 64;
+pub(super) const DEEPEST: usize = 64;
 /// What deflate makes of one byte at most, and a little more.
-const MOST_OF_ONE_BYTE: usize = 1040;
+pub(super) const MOST_OF_ONE_BYTE: usize = 1040;
 
 /// Flags of an array.
 const COMPLEX: u32 = 0x800;
@@ -183,14 +183,17 @@ impl Reader<'_> {
         };
         let class = flags & 0xFF;
         if class == 17 {
-            // An object of the new kind has no shape: a name, and what only MATLAB understands.
-            let name = match self.element(rest) {
-                Ok((element, _)) => latin(element.data),
-                Err(_) => String::new(),
-            };
+            // An object of the new kind has no shape: a name, its system, its class, and what only MATLAB understands.
+            let mut rest = rest;
+            let texts = std::array::from_fn(|_| {
+                let (element, more) = self.element(rest).ok()?;
+                rest = more;
+                Some(latin(element.data))
+            });
+            let [name, _, class]: [Option<String>; 3] = texts;
             return Ok(MatVariable {
-                name,
-                value: MatValue::Unreadable("an object of a class".into()),
+                name: name.unwrap_or_default(),
+                value: MatValue::Object(class),
             });
         }
         let (dims, rest) = self.element(rest)?;
@@ -442,10 +445,7 @@ impl Reader<'_> {
         self.claim(element.data.len() / width)?;
         let values = stored.values(element.data, self.order);
         if matches!(stored, Stored::I64 | Stored::U64) {
-            // 2⁵³ itself may already be another number rounded.
-            *exact &= values
-                .iter()
-                .all(|value| value.abs() < 9_007_199_254_740_992.0);
+            *exact &= is_exact(&values);
         }
         Ok(values)
     }
@@ -472,34 +472,10 @@ impl Reader<'_> {
         } else {
             Vec::new()
         };
-        let broken = || self.wrong("the rows and columns of a sparse matrix", "others");
-        if columns.checked_add(1) != Some(starts.len()) {
-            return Err(broken());
-        }
-        let mut entries = Vec::new();
-        for (column, range) in starts.windows(2).enumerate() {
-            if !(0.0 <= range[0] && range[0] <= range[1] && range[1] <= row_of.len() as f64) {
-                return Err(broken());
-            }
-            let from = range[0] as usize;
-            let rows_here = row_of.iter().enumerate().take(range[1] as usize).skip(from);
-            for (k, &row) in rows_here {
-                let (Some(real), true) = (real.get(k), row >= 0.0 && row < rows as f64) else {
-                    return Err(broken());
-                };
-                entries.push(MatEntry {
-                    row: row as usize,
-                    column,
-                    real: *real,
-                    imaginary: match imaginary.get(k) {
-                        Some(imaginary) => *imaginary,
-                        None if complex => return Err(broken()),
-                        None => 0.0,
-                    },
-                });
-            }
-        }
-        // Ranges rise, so no entry is counted twice: there are no more than the file has.
+        let imaginary = complex.then_some(imaginary.as_slice());
+        let entries = sparse_entries(rows, &starts, &row_of, &real, imaginary)
+            .filter(|_| columns.checked_add(1) == Some(starts.len()))
+            .ok_or_else(|| self.wrong("the rows and columns of a sparse matrix", "others"))?;
         Ok(MatValue::Sparse {
             rows,
             columns,

@@ -23,6 +23,7 @@ pub(super) struct Beside {
 pub(super) fn not_read(path: &Path, kind: FileKind) -> Option<Warning> {
     let takes_one = [
         FileKind::WAV,
+        FileKind::FLAC,
         super::npy::NPY.kind,
         FileKind::TABLE,
         FileKind::LVM,

@@ -240,12 +240,16 @@ impl Read {
     fn finish(self, source: Source<'_>) -> Result<TopographyFile, ReadError> {
         let Self {
             kind,
-            heights_m,
+            mut heights_m,
             columns,
             step_x_m,
             step_y_m,
             mut warnings,
         } = self;
+        // Some instruments store a point that was not measured as an infinite height.
+        for z in heights_m.iter_mut().filter(|z| z.is_infinite()) {
+            *z = f64::NAN;
+        }
         if let Some((at, found)) = heights_m
             .iter()
             .enumerate()

@@ -59,8 +59,9 @@ impl Stated {
             let key = key.trim().to_lowercase();
             match key.as_str() {
                 "pixel size" => stated.step_m = length_m(value),
-                "width" => stated.width_m = length_m(value),
-                "height" => stated.height_m = length_m(value),
+                // Gwyddion writes them in the language of the computer.
+                "width" | "breite" | "largeur" | "larghezza" => stated.width_m = length_m(value),
+                "height" | "höhe" | "hauteur" | "altezza" => stated.height_m = length_m(value),
                 "value units" | "height unit" | "z unit" => stated.unit_m = unit_m(value),
                 _ => {
                     if let Some(unit) = key.strip_prefix("height conversion factor (->")

@@ -1,4 +1,4 @@
-//! X3P of ISO 25178-72: a zip with `main.xml`, the heights as a binary file in m, and checksums.
+//! X3P of ISO 25178-72: a zip with `main.xml`, the heights in it or as a binary file, in m, and checksums.
 
 use piezotact::recording::RecordingWarning;
 use std::io::{Cursor, Read as _};
@@ -13,19 +13,77 @@ use super::{Read, TopographyKind};
 use piezotact_dataset::ReadError;
 
 const MAIN: &str = "main.xml";
-/// A longer description than this is none.
-const LONGEST_XML: u64 = 4 << 20;
-const MOST_NODES: u32 = 1 << 16;
+/// A longer description than this is none; one with heights has three nodes for each.
+const LONGEST_XML: u64 = 32 << 20;
+const MOST_NODES: u32 = 1 << 21;
 
 struct Archive<'a> {
     source: Source<'a>,
     zip: ZipArchive<Cursor<&'a [u8]>>,
+    /// Where `main.xml` is: empty, or a folder with its `/`.
+    folder: String,
 }
 
-impl Archive<'_> {
+impl<'a> Archive<'a> {
+    /// The archive with its `main.xml`, which some programs put into a folder.
+    fn open(source: Source<'a>) -> Result<Self, ReadError> {
+        let zip = ZipArchive::new(Cursor::new(source.bytes)).map_err(|error| {
+            source.wrong(
+                "an X3P file, a zip archive",
+                error.to_string(),
+                "copy or export it again",
+            )
+        })?;
+        // macOS adds a folder of its own, with the names of the others.
+        let names: Vec<String> = (zip.file_names())
+            .filter_map(|name| Some(name.ok()?.into_owned()))
+            .filter(|name| !name.starts_with("__MACOSX/"))
+            .collect();
+        let names = || names.iter().map(String::as_str);
+        let mains: Vec<&str> = names()
+            .filter(|name| name.rsplit('/').next() == Some(MAIN))
+            .collect();
+        let main = match mains.as_slice() {
+            [only] => *only,
+            several if several.contains(&MAIN) => MAIN,
+            [] if names().any(|name| name.starts_with("xl/")) => {
+                return Err(source.wrong(
+                    "a topography",
+                    "an Excel workbook (XLSX)",
+                    "save its sheet of heights as CSV, or export the measurement as SUR or X3P",
+                ));
+            }
+            [] => {
+                let some: Vec<&str> = names().take(5).collect();
+                return Err(source.wrong(
+                    format!("an X3P file, a zip archive with `{MAIN}`"),
+                    format!("a zip archive of {} files: {}", zip.len(), some.join(", ")),
+                    "give the topography in it, or export it again as X3P or SUR",
+                ));
+            }
+            several => {
+                return Err(source.wrong(
+                    format!("one `{MAIN}` in the archive"),
+                    several.join(", "),
+                    "put each surface into an X3P file of its own",
+                ));
+            }
+        };
+        let folder = main.trim_end_matches(MAIN).to_owned();
+        Ok(Self {
+            source,
+            zip,
+            folder,
+        })
+    }
+
     /// A file of the archive, of at most `most` bytes.
     fn file(&mut self, name: &str, most: u64) -> Result<Vec<u8>, ReadError> {
-        let Self { source, zip } = self;
+        let Self {
+            source,
+            zip,
+            folder,
+        } = self;
         let wrong = |found: String| {
             source.wrong(
                 format!("`{name}` of at most {most} bytes in the archive"),
@@ -33,9 +91,9 @@ impl Archive<'_> {
                 "copy it again, or export it again as X3P or SUR",
             )
         };
-        let name = name.trim_start_matches("./");
+        let name = format!("{folder}{}", name.trim_start_matches("./"));
         let file = zip
-            .by_name(name)
+            .by_name(&name)
             .map_err(|error| wrong(error.to_string()))?;
         let mut bytes = Vec::new();
         file.take(most.saturating_add(1))
@@ -62,21 +120,19 @@ impl Archive<'_> {
         })
     }
 
-    /// The bytes of the heights, `expected` of them, for a grid of `columns` × `rows`.
+    /// The stored numbers of a grid of `columns` × `rows`, from the binary file or else the XML.
     fn heights(
         &mut self,
         description: &Description<'_, '_, '_>,
-        expected: usize,
         [columns, rows]: [usize; 2],
-    ) -> Result<Vec<u8>, ReadError> {
+        number: Number,
+    ) -> Result<Vec<f64>, ReadError> {
         let source = self.source;
+        let points = source.points(columns, rows)?;
         let Some(link) = description.text("PointDataLink") else {
-            return Err(source.wrong(
-                "heights in a binary file of the archive",
-                "heights in the XML or none",
-                "export it with binary data",
-            ));
+            return description.heights(points);
         };
+        let expected = points * number.size();
         let data = self.file(link, expected as u64)?;
         if data.len() != expected {
             return Err(source.wrong(
@@ -94,7 +150,7 @@ impl Archive<'_> {
                 "they are not the heights that were written: copy or export it again",
             ));
         }
-        Ok(data)
+        Ok(number.decode(&data, Order::Little))
     }
 
     /// Points that the mask `link` of the archive calls not measured become NaN.
@@ -121,14 +177,7 @@ impl Archive<'_> {
 }
 
 pub(super) fn read(source: Source<'_>) -> Result<Read, ReadError> {
-    let zip = ZipArchive::new(Cursor::new(source.bytes)).map_err(|error| {
-        source.wrong(
-            "an X3P file, a zip archive",
-            error.to_string(),
-            "copy or export it again",
-        )
-    })?;
-    let mut archive = Archive { source, zip };
+    let mut archive = Archive::open(source)?;
     let main = archive.file(MAIN, LONGEST_XML)?;
     let text = String::from_utf8_lossy(&main);
     let options = ParsingOptions {
@@ -162,7 +211,6 @@ pub(super) fn read(source: Source<'_>) -> Result<Read, ReadError> {
     if layers != 1 {
         return Err(source.wrong("one layer", format!("{layers}"), "export one surface"));
     }
-    let points = source.points(columns, rows)?;
     let step_x_m = description.step("CX")?;
     let step_y_m = if rows == 1 {
         step_x_m
@@ -173,8 +221,7 @@ pub(super) fn read(source: Source<'_>) -> Result<Read, ReadError> {
     let number = number_of(source, height)?;
     let [scale_m, offset_m] = scale_of(source, height)?;
 
-    let data = archive.heights(&description, points * number.size(), [columns, rows])?;
-    let mut heights_m = number.decode(&data, Order::Little);
+    let mut heights_m = archive.heights(&description, [columns, rows], number)?;
     for z in &mut heights_m {
         *z = z.mul_add(scale_m, offset_m);
     }
@@ -275,6 +322,32 @@ impl<'d, 'i> Description<'_, 'd, 'i> {
                 "export it as a surface on a grid",
             )
         })
+    }
+
+    /// The heights that stand in the XML, `points` of them: an empty one was not measured.
+    fn heights(&self, points: usize) -> Result<Vec<f64>, ReadError> {
+        let each = (self.root.descendants()).filter(|node| node.tag_name().name() == "Datum");
+        let heights = each
+            .map(|node| match node.text().map_or("", str::trim) {
+                "" => Ok(f64::NAN),
+                text => text.parse().ok().ok_or(text),
+            })
+            .collect::<Result<Vec<f64>, &str>>()
+            .map_err(|text| {
+                self.source.wrong(
+                    "a height in each `Datum` of `main.xml`",
+                    format!("`{text}`"),
+                    "export it as a surface on a grid",
+                )
+            })?;
+        if heights.len() != points {
+            return Err(self.source.wrong(
+                format!("{points} heights, in a binary file of the archive or in `main.xml`"),
+                format!("{} in `main.xml`", heights.len()),
+                "copy it again, or export it with binary data",
+            ));
+        }
+        Ok(heights)
     }
 
     fn axis(&self, name: &str) -> Result<Node<'d, 'i>, ReadError> {

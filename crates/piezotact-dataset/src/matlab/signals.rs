@@ -1,0 +1,507 @@
+//! The channels and the times among the variables of a MATLAB file, with the names and units that texts beside them state.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use piezotact::Warning;
+use piezotact::quantity::SampleRate;
+use piezotact::recording::RecordingWarning;
+use piezotact::statistics::median;
+
+use super::convert::shape;
+use super::{MatNumbers, MatValue};
+use crate::columns::Column;
+use crate::error::ReadError;
+
+/// Names of vectors of time, of rates, and of their inverse, in small letters.
+pub(super) const TIMES: [&str; 7] = [
+    "t",
+    "time",
+    "time_s",
+    "timestamp",
+    "zeit",
+    "temps",
+    "time_domain",
+];
+const RATES: [&str; 13] = [
+    "fs",
+    "sr",
+    "rate",
+    "rate_hz",
+    "sampling_rate",
+    "samplingrate",
+    "sample_rate",
+    "samplerate",
+    "sampling_frequency",
+    "srate",
+    "samplingfrequency",
+    "sfreq",
+    "time_sample_rate",
+];
+const STEPS: [&str; 5] = ["dt", "delta_t", "time_step", "wf_increment", "increment"];
+/// Words that make the name of a channel that of its time: `Data1_time_acc` is the time of `Data1_acc`.
+const TIME_WORDS: [&str; 4] = ["time", "timestamp", "zeit", "temps"];
+const UNIT_WORDS: [&str; 5] = ["unit", "units", "einheit", "unite", "unit_string"];
+/// Names of lists of channels.
+const NAMES: [&str; 6] = [
+    "names",
+    "name",
+    "channels",
+    "channel_names",
+    "labels",
+    "label",
+];
+/// Names that say nothing of a channel in a structure.
+const PLAIN: [&str; 7] = ["data", "values", "value", "signal", "samples", "y", "x"];
+/// Up to this relative difference, a rate found from times differs from the stated one by the rounding of the times.
+pub(super) const ROUNDED_TIMES: f64 = 1e-3;
+/// The steps of a first column that is the time differ by less than this share.
+const EVEN_STEPS: f64 = 0.02;
+/// More channels than this are no recording.
+const MOST_SIGNALS: usize = 4096;
+/// More columns than this make a matrix that is no recording.
+const MOST_CHANNELS: usize = 512;
+
+/// A variable and where it stands.
+pub(super) struct Named<'m> {
+    /// As MATLAB writes it: `run(2).acc`.
+    pub(super) name: String,
+    /// What it shares with its companions: `run(2)`; `{2}` of `acc{2}`.
+    pub(super) scope: String,
+    /// The last part in small letters: `acc`.
+    last: String,
+    pub(super) value: &'m MatValue,
+}
+
+impl<'m> Named<'m> {
+    pub(super) fn new(name: &str, value: &'m MatValue) -> Self {
+        let number = name.ends_with(['}', ')']).then(|| name.rfind(['{', '(']));
+        let (base, number) = name.split_at(number.flatten().unwrap_or(name.len()));
+        let (scope, last) = base.rsplit_once('.').unwrap_or(("", base));
+        Self {
+            name: name.to_owned(),
+            scope: format!("{scope}{number}"),
+            last: last.to_ascii_lowercase(),
+            value,
+        }
+    }
+
+    fn is(&self, names: &[&str]) -> bool {
+        names.contains(&self.last.as_str())
+    }
+
+    fn vector(&self) -> Option<&'m [f64]> {
+        self.value.vector().filter(|values| values.len() > 1)
+    }
+}
+
+/// The variables of a file, and those of each place.
+pub(super) struct Variables<'m> {
+    pub(super) all: Vec<Named<'m>>,
+    by_scope: HashMap<String, Vec<usize>>,
+}
+
+impl<'m> Variables<'m> {
+    pub(super) fn new(all: Vec<Named<'m>>) -> Self {
+        let mut by_scope = HashMap::<String, Vec<usize>>::new();
+        for (at, variable) in all.iter().enumerate() {
+            by_scope.entry(variable.scope.clone()).or_default().push(at);
+        }
+        Self { all, by_scope }
+    }
+
+    fn at(&self, scope: &str) -> impl Iterator<Item = usize> {
+        self.by_scope.get(scope).into_iter().flatten().copied()
+    }
+
+    /// Those of one place.
+    fn here(&self, scope: &str) -> impl Iterator<Item = &Named<'m>> {
+        self.at(scope).map(|at| &self.all[at])
+    }
+
+    /// The texts of one place.
+    fn texts(&self, scope: &str) -> Vec<(&Named<'m>, &'m str)> {
+        self.here(scope)
+            .filter_map(|text| Some((text, text.value.text()?.trim())))
+            .filter(|(_, text)| !text.is_empty())
+            .collect()
+    }
+}
+
+/// A place and those around it, up to that of the variables themselves.
+fn outwards(scope: &str) -> impl Iterator<Item = &str> {
+    std::iter::successors(Some(scope), |inner| {
+        let end = match inner.ends_with('}') {
+            true => inner.rfind('{'),
+            false => inner.rfind('.'),
+        };
+        (!inner.is_empty()).then(|| &inner[..end.unwrap_or(0)])
+    })
+}
+
+/// Of an element or a cell, its place without numbers: equal for the runs of one array.
+pub(super) fn run_of(scope: &str) -> Option<String> {
+    let mut open = 0;
+    let keep = |letter: &char| {
+        open += usize::from(matches!(letter, '{' | '('));
+        let kept = open == 0;
+        open -= usize::from(matches!(letter, '}' | ')') && open > 0);
+        kept
+    };
+    let without: String = scope.chars().filter(keep).collect();
+    (without != scope).then_some(without)
+}
+
+/// `name` without one of `words` among its parts; `None` where it has none or nothing else.
+fn without_word(name: &str, words: &[&str]) -> Option<String> {
+    let parts: Vec<&str> = name.split('_').collect();
+    let at = parts.iter().position(|part| words.contains(part))?;
+    let rest: Vec<&str> = [&parts[..at], &parts[at + 1..]].concat();
+    (!rest.is_empty()).then(|| rest.join("_"))
+}
+
+/// A channel that was found.
+pub(super) struct Signal {
+    /// The place of its variable in the list of variables.
+    pub(super) at: usize,
+    pub(super) column: Column,
+    /// Its time, where it has one of its own.
+    pub(super) own_time: Option<usize>,
+}
+
+/// What stands for time: its place, and the number of its column.
+#[derive(Default)]
+pub(super) struct Times {
+    places: Vec<(String, usize)>,
+    pub(super) columns: Vec<Column>,
+}
+
+impl Times {
+    /// The number of this time; equal ones are one.
+    fn add(&mut self, name: &str, values: &[f64]) -> usize {
+        let known = self.columns.iter().position(|time| time.values == values);
+        known.unwrap_or_else(|| {
+            self.columns.push(Column {
+                name: name.to_owned(),
+                unit: None,
+                values: values.to_vec(),
+            });
+            self.columns.len() - 1
+        })
+    }
+
+    /// The time of `length` that is nearest to `scope`. `Err` where there are others alone: how far out the nearest stands, and its
+    /// length.
+    pub(super) fn nearest(
+        &self,
+        scope: &str,
+        length: usize,
+    ) -> Result<Option<usize>, (usize, usize)> {
+        let mut other = None;
+        for (far, place) in outwards(scope).enumerate() {
+            for (_, time) in self.places.iter().filter(|(of, _)| of == place) {
+                let found = self.columns[*time].values.len();
+                if found == length {
+                    return Ok(Some(*time));
+                }
+                other = other.or(Some((far, found)));
+            }
+        }
+        other.map_or(Ok(None), Err)
+    }
+}
+
+/// The channels and times of a file, and what was left out of them.
+#[derive(Default)]
+pub(super) struct Found {
+    pub(super) signals: Vec<Signal>,
+    pub(super) times: Times,
+    /// Arrays of numbers that make no channels, each with its shape.
+    pub(super) no_channels: Vec<String>,
+    pub(super) warnings: Vec<Warning>,
+}
+
+impl Found {
+    pub(super) fn guess(&mut self, what: String) {
+        self.warnings
+            .push(Warning::from(RecordingWarning::Guessed { what }));
+    }
+
+    pub(super) fn of(path: &Path, variables: &Variables<'_>) -> Result<Self, ReadError> {
+        let mut found = Self::default();
+        let mut own_times = vec![None; variables.all.len()];
+        let mut is_time = vec![false; variables.all.len()];
+        for (at, variable) in variables.all.iter().enumerate() {
+            let Some(values) = variable.vector() else {
+                continue;
+            };
+            let of = without_word(&variable.last, &TIME_WORDS);
+            let fits = |other: &Named<'_>| {
+                Some(&other.last) == of.as_ref()
+                    && other.vector().is_some_and(|of| of.len() == values.len())
+            };
+            if variable.is(&TIMES) {
+                let time = found.times.add(&variable.name, values);
+                found.times.places.push((variable.scope.clone(), time));
+                is_time[at] = true;
+            } else if of.is_some()
+                && let Some(other) =
+                    (variables.at(&variable.scope)).find(|at| fits(&variables.all[*at]))
+            {
+                own_times[other] = Some(found.times.add(&variable.name, values));
+                is_time[at] = true;
+            }
+        }
+        for (at, variable) in variables.all.iter().enumerate() {
+            if let (MatValue::Numbers(numbers), false) = (variable.value, is_time[at]) {
+                found.add(path, variables, at, numbers, own_times[at])?;
+            }
+        }
+        found.name_and_scale(variables);
+        Ok(found)
+    }
+
+    fn add(
+        &mut self,
+        path: &Path,
+        variables: &Variables<'_>,
+        at: usize,
+        numbers: &MatNumbers,
+        own_time: Option<usize>,
+    ) -> Result<(), ReadError> {
+        let variable = &variables.all[at];
+        if numbers.real.len() < 2 {
+            return Ok(());
+        }
+        let mut columns = columns_of(&variable.name, numbers);
+        if columns.is_empty() {
+            let shape = shape(variable.value);
+            self.no_channels
+                .push(format!("{} ({shape})", variable.name));
+            return Ok(());
+        }
+        if !numbers.exact {
+            self.guess(format!(
+                "`{}` holds integers beyond ±2⁵³, which were rounded",
+                variable.name
+            ));
+        }
+        let count = columns.len();
+        let list = |words: &[&str]| list_of(variables, &variable.scope, words, count);
+        let (names, units) = (list(&NAMES), list(&UNIT_WORDS));
+        if count > 1 {
+            for (column, name) in columns.iter_mut().zip(names.iter().flatten()) {
+                column.name.clone_from(name);
+            }
+            for (column, unit) in columns.iter_mut().zip(units.iter().flatten()) {
+                column.unit = Some(unit.clone());
+            }
+        }
+        let length = columns[0].values.len();
+        let no_time = own_time.is_none() && self.times.nearest(&variable.scope, length) == Ok(None);
+        let mut own_time = own_time;
+        if count > 1 && no_time {
+            let rate = nearest_rate(path, variables, &variable.scope)?;
+            let first = &columns[0];
+            let called = TIMES.contains(&first.name.to_ascii_lowercase().as_str());
+            if called || is_even_time(&first.values, rate.map(|stated| stated.rate.hz())) {
+                if !called {
+                    self.guess(format!(
+                        "the first of the {count} columns of `{}` increases in even steps and is read as their time",
+                        variable.name
+                    ));
+                }
+                let first = columns.remove(0);
+                own_time = Some(self.times.add(&first.name, &first.values));
+            }
+        }
+        if self.signals.len() + columns.len() > MOST_SIGNALS {
+            return Err(ReadError::content(
+                path,
+                format!("at most {MOST_SIGNALS} channels"),
+                "more",
+                "save the channels that you need in a separate file",
+            ));
+        }
+        self.signals
+            .extend(columns.into_iter().map(|column| Signal {
+                at,
+                column,
+                own_time,
+            }));
+        Ok(())
+    }
+
+    /// Names and units that texts beside the channels state.
+    fn name_and_scale(&mut self, variables: &Variables<'_>) {
+        // How many variables and how many channels of them each place has; those of one variable follow each other.
+        let mut signals_here = HashMap::<&str, [usize; 2]>::new();
+        let mut last = None;
+        for signal in &self.signals {
+            let scope = variables.all[signal.at].scope.as_str();
+            let [arrays, channels] = signals_here.entry(scope).or_default();
+            *arrays += usize::from(last.replace(signal.at) != Some(signal.at));
+            *channels += 1;
+        }
+        // Tables of channels: a structure with a name and a unit, and no numbers.
+        let mut table = HashMap::new();
+        for name in variables.all.iter().filter(|name| name.is(&["name"])) {
+            let here = variables.texts(&name.scope);
+            let unit = here.iter().find(|(text, _)| text.is(&UNIT_WORDS));
+            let no_numbers = !signals_here.contains_key(name.scope.as_str());
+            if let (Some((_, unit)), Some(name), true) = (unit, name.value.text(), no_numbers) {
+                table.insert(name.trim().to_ascii_lowercase(), (*unit).to_owned());
+            }
+        }
+        let (mut renamed, mut unused) = (Vec::new(), Vec::new());
+        for (number, signal) in self.signals.iter().enumerate() {
+            let variable = &variables.all[signal.at];
+            let here = variables.texts(&variable.scope);
+            let [arrays, channels] = signals_here[variable.scope.as_str()];
+            let alone = channels == 1;
+            let own = here.iter().find(|(text, _)| {
+                without_word(&text.last, &UNIT_WORDS).is_some_and(|of| of == variable.last)
+            });
+            let any = here.iter().find(|(text, _)| text.is(&UNIT_WORDS));
+            let only = any.filter(|_| arrays == 1);
+            let ends = variable.last.match_indices('_').map(|(at, _)| at + 1);
+            let entry = std::iter::once(0)
+                .chain(ends)
+                .find_map(|from| table.get(&variable.last[from..]));
+            let unit =
+                (own.or(only).map(|(_, unit)| (*unit).to_owned())).or_else(|| entry.cloned());
+            if let (Some((text, of)), None, None) = (any, &unit, &signal.column.unit) {
+                let what = format!(
+                    "`{}` states {of} for {arrays} variables and was not used",
+                    text.name
+                );
+                if !unused.contains(&what) {
+                    unused.push(what);
+                }
+            }
+            let stated = here.iter().find(|(text, _)| alone && text.is(&NAMES));
+            let name = match stated {
+                Some((_, name)) if !variable.scope.is_empty() => Some((*name).to_owned()),
+                _ if alone && variable.is(&PLAIN) && !variable.scope.starts_with('{') => {
+                    Some(variable.scope.clone()).filter(|scope| !scope.is_empty())
+                }
+                _ => None,
+            };
+            renamed.push((number, name, unit));
+        }
+        for (number, name, unit) in renamed {
+            let taken = |name: &String| self.signals.iter().any(|s| s.column.name == *name);
+            let name = name.filter(|name| !taken(name));
+            let column = &mut self.signals[number].column;
+            column.unit = column.unit.take().or(unit);
+            if let Some(name) = name {
+                column.name = name;
+            }
+        }
+        for what in unused {
+            self.guess(what);
+        }
+    }
+}
+
+/// The texts of the nearest list that is called one of `names` and has `count` of them.
+fn list_of(
+    variables: &Variables<'_>,
+    scope: &str,
+    names: &[&str],
+    count: usize,
+) -> Option<Vec<String>> {
+    outwards(scope).find_map(|place| {
+        let mut here = variables.here(place).filter(|variable| variable.is(names));
+        here.find_map(|variable| {
+            let texts: Vec<String> = match variable.value {
+                MatValue::Text(rows) => rows.iter().map(|row| row.trim().to_owned()).collect(),
+                MatValue::Cell { values, .. } => {
+                    let texts = values.iter().map(|value| value.text().map(str::to_owned));
+                    texts.collect::<Option<_>>()?
+                }
+                _ => return None,
+            };
+            (texts.len() == count).then_some(texts)
+        })
+    })
+}
+
+/// Whether the values increase in even steps, of the stated rate where there is one.
+fn is_even_time(values: &[f64], rate_hz: Option<f64>) -> bool {
+    let mut steps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let Some(usual) = median(&mut steps).filter(|usual| *usual > 0.0 && values.len() > 2) else {
+        return false;
+    };
+    let even = steps
+        .iter()
+        .all(|step| (step / usual - 1.0).abs() <= EVEN_STEPS);
+    even && rate_hz.is_none_or(|rate| (usual * rate - 1.0).abs() <= ROUNDED_TIMES)
+}
+
+/// A vector as one column, a matrix as one for each of its shorter dimension.
+fn columns_of(name: &str, numbers: &MatNumbers) -> Vec<Column> {
+    if numbers.imaginary.is_some() {
+        return Vec::new();
+    }
+    let column = |name, values| Column {
+        name,
+        unit: None,
+        values,
+    };
+    if numbers.is_vector() {
+        return vec![column(name.to_owned(), numbers.real.clone())];
+    }
+    let &[rows, columns] = numbers.dims.as_slice() else {
+        return Vec::new();
+    };
+    if rows.min(columns) > MOST_CHANNELS {
+        return Vec::new();
+    }
+    if rows >= columns {
+        let parts = numbers.real.chunks_exact(rows).enumerate();
+        parts
+            .map(|(k, values)| column(format!("{name} {}", k + 1), values.to_vec()))
+            .collect()
+    } else {
+        (0..rows)
+            .map(|k| {
+                let values = numbers.real.iter().skip(k).step_by(rows).copied().collect();
+                column(format!("{name} {}", k + 1), values)
+            })
+            .collect()
+    }
+}
+
+/// A stated rate.
+#[derive(Clone, PartialEq)]
+pub(super) struct StatedRate {
+    /// How far out it stands.
+    pub(super) far: usize,
+    /// The name of its variable.
+    pub(super) name: String,
+    pub(super) rate: SampleRate,
+}
+
+/// The rate that is stated nearest to a place.
+pub(super) fn nearest_rate(
+    path: &Path,
+    variables: &Variables<'_>,
+    scope: &str,
+) -> Result<Option<StatedRate>, ReadError> {
+    let scalar = |place: &str, names: &[&str]| {
+        let mut here = variables.here(place).filter(|variable| variable.is(names));
+        here.find_map(|variable| Some((variable.name.clone(), variable.value.scalar()?)))
+    };
+    let found = outwards(scope).enumerate().find_map(|(far, place)| {
+        let step = || scalar(place, &STEPS).map(|(name, step)| (name, 1.0 / step));
+        let (name, hz) = scalar(place, &RATES).or_else(step)?;
+        Some((far, name, hz))
+    });
+    found
+        .map(|(far, name, hz)| {
+            let rate = SampleRate::new(hz).map_err(ReadError::of(path))?;
+            Ok(StatedRate { far, name, rate })
+        })
+        .transpose()
+}
