@@ -7,9 +7,9 @@ use piezotact::statistics::random::Random;
 use piezotact::warning::{Few, FewWarning};
 use piezotact_people::association::{
     Answer, AnswerTable, Association, AssociationConfig, AssociationError, AssociationMatrix,
-    AssociationWarning, Declared, Flag, FlaggedTrials, Grouping, MatrixConfig, PairOutcome,
-    Purpose, Selection, Stimulus, associate, association_matrix, confused_pairs, kendall_tau_b,
-    ordering,
+    AssociationWarning, ConfusedPair, Declared, Flag, FlaggedTrials, Grouping, MatrixConfig,
+    PairOutcome, Purpose, Selection, Stimulus, associate, association_matrix, confused_pairs,
+    kendall_tau_b, ordering,
 };
 use piezotact_people::interval::{clopper_pearson, clustered_interval};
 use serde_json::Value;
@@ -170,6 +170,48 @@ fn a_rare_sample_that_is_always_called_the_other_is_confused() {
     // Always S1: right in three quarters of both together, and nothing felt.
     let always = pair_of(of_ten("3", [24, 4, 4], |_, _, _| 0), None);
     assert_ne!(always, PairOutcome::NotConfused);
+}
+
+/// Everybody keeps to one name of their own, which is presented to them most often: right, and nothing felt.
+#[test]
+fn who_keeps_to_one_name_is_not_above_chance() {
+    let names = ["S1", "S2", "S3", "S4", "S5", "S6"];
+    let answers = (0..12).flat_map(|person| {
+        (0..60).map(move |trial| {
+            let sample = if trial % 10 < 7 {
+                person % 6
+            } else {
+                trial % 6
+            };
+            Answer {
+                participant: format!("P{person:02}"),
+                task: "3".into(),
+                trial: trial.to_string(),
+                presented: names[sample].into(),
+                answered: names[person % 6].into(),
+                ..Answer::default()
+            }
+        })
+    });
+    let table = AnswerTable::new(Declared::plain(&names), answers.collect()).unwrap();
+    let found = associate(&table, &AssociationConfig::default()).unwrap();
+    let share = &found.expected[0];
+    assert!(share.criterion.found.unwrap() > 0.7);
+    assert_ne!(share.criterion.outcome, Outcome::Met, "{}", share.words());
+    let not_confused = |pair: &&ConfusedPair| pair.outcome == PairOutcome::NotConfused;
+    assert_eq!(found.pairs.iter().filter(not_confused).count(), 0);
+}
+
+/// A name that stands twice in what was offered is one name.
+#[test]
+fn a_name_offered_twice_counts_once() {
+    let mut of = answers(&[("P1", "S1", "S1"), ("P2", "S2", "S1"), ("P3", "S1", "S2")]);
+    for answer in &mut of {
+        answer.offered = ["S1", "S2", "S2", "S2"].map(Into::into).to_vec();
+    }
+    let table = AnswerTable::new(Declared::plain(&["S1", "S2"]), of).unwrap();
+    let found = associate(&table, &AssociationConfig::default()).unwrap();
+    assert_eq!(found.expected[0].chance_share, 0.5);
 }
 
 /// Told apart when touched and confused when rendered: neither is said of both together.

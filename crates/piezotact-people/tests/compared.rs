@@ -232,6 +232,117 @@ fn groups_with_people_in_common_decide_nothing() {
     assert!(found.p_value < 0.001 && found.verdict().contains("in both groups"));
 }
 
+/// Answers in a task of people who are all right with one probability, of two samples in turn.
+fn drawn(task: &str, people: usize, trials: usize, right: f64, random: &mut Random) -> Vec<Answer> {
+    let names = ["S1", "S2"];
+    let mut answers = Vec::new();
+    for person in 0..people {
+        for trial in 0..trials {
+            let sample = trial % 2;
+            let said = if random.uniform() < right {
+                sample
+            } else {
+                1 - sample
+            };
+            answers.push(Answer {
+                participant: format!("P{person:02}"),
+                task: task.into(),
+                trial: trial.to_string(),
+                presented: names[sample].into(),
+                answered: names[said].into(),
+                offered: names.map(str::to_owned).to_vec(),
+                ..Answer::default()
+            });
+        }
+    }
+    answers
+}
+
+/// Near 100 and 0 %, with unequal numbers of trials, people who are alike show no spread in one condition: 25 % of such studies of tasks, and
+/// 15 % of groups, differed by their permutation alone.
+#[test]
+fn conditions_at_the_ceiling_with_unequal_trials_do_not_differ() {
+    let config = MatrixConfig::default();
+    let table =
+        |answers: Vec<Answer>| AnswerTable::new(Declared::plain(&["S1", "S2"]), answers).unwrap();
+    let studies = 150;
+    let (mut tasks, mut groups) = ([0; 2], [0; 2]);
+    for study in 0..studies {
+        let mut random = Random::stream(study, 0, "ceiling");
+        let both = [
+            drawn("a", 12, 6, 0.98, &mut random),
+            drawn("b", 12, 60, 0.98, &mut random),
+        ];
+        let found = of(&table(both.concat()), &Difference::Tasks(two("a", "b")));
+        tasks[0] += usize::from(found.outcome() == Outcome::Met);
+        tasks[1] += usize::from(found.test.p_value <= LEVEL_SHARE);
+        let mut other = drawn("a", 6, 6, 0.04, &mut random);
+        for answer in &mut other {
+            answer.participant.insert(0, 'Q');
+        }
+        let one = table(drawn("a", 8, 24, 0.04, &mut random));
+        let found = compared_studies(
+            [(&one, &config), (&table(other), &config)],
+            &Difference::People(two("a", "b")),
+        );
+        let found = found.unwrap();
+        groups[0] += usize::from(found.outcome() == Outcome::Met);
+        groups[1] += usize::from(found.test.p_value <= LEVEL_SHARE);
+        let [low, high] = found.interval.unwrap_or([-1.0, 1.0]);
+        assert_eq!(
+            found.p_value > LEVEL_SHARE,
+            low <= 0.0 && 0.0 <= high,
+            "{found:?}"
+        );
+    }
+    // 5 % and three standard deviations are 15 of 150; by the permutation alone twice as many and more.
+    assert!(tasks[0] <= 15 && tasks[1] > 20, "{tasks:?}");
+    assert!(groups[0] <= 15 && groups[1] > 10, "{groups:?}");
+}
+
+/// The same people under other names, a quarter of their answers mended: they are found in both groups by their answers.
+#[test]
+fn people_renamed_in_the_other_group_are_found() {
+    let config = MatrixConfig::default();
+    let mut random = Random::stream(31, 0, "renamed");
+    let one = table(10, &["3"], 20, |_, _, presented| {
+        if random.uniform() < 0.6 {
+            presented
+        } else {
+            below(&mut random, 3)
+        }
+    });
+    let renamed = one.answers().iter().map(|answer| {
+        let mut other = answer.clone();
+        other.participant = format!("X{}", other.participant);
+        if random.uniform() < 0.1 {
+            other.answered.clone_from(&other.presented);
+        }
+        other
+    });
+    let other = AnswerTable::new(one.declared().clone(), renamed.collect()).unwrap();
+    let people = Difference::People(two("a", "b"));
+    let found = compared_studies([(&one, &config), (&other, &config)], &people).unwrap();
+    assert!(found.in_both >= 8, "{}", found.in_both);
+    assert!(found.verdict().contains("in both groups"));
+    // Others with the same habits are not.
+    let stranger = table(10, &["3"], 20, |_, _, presented| {
+        if random.uniform() < 0.6 {
+            presented
+        } else {
+            below(&mut random, 3)
+        }
+    });
+    let renamed = stranger.answers().iter().map(|answer| {
+        let mut other = answer.clone();
+        other.participant = format!("X{}", other.participant);
+        other
+    });
+    let other = AnswerTable::new(one.declared().clone(), renamed.collect()).unwrap();
+    let found = compared_studies([(&one, &config), (&other, &config)], &people).unwrap();
+    assert_eq!(found.in_both, 0);
+}
+
 #[test]
 fn groups_differ_over_people() {
     let mut random = Random::stream(3, 0, "groups");
