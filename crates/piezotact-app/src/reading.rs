@@ -203,6 +203,7 @@ mod tests {
                 .map(|text| text.parse::<Scale>().unwrap())
                 .into(),
             rate: None,
+            part: None,
         };
         assert_eq!(
             reading.scale().map(ToString::to_string).as_deref(),

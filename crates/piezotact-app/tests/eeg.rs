@@ -450,10 +450,11 @@ fn bad_input_is_named() {
         with_events(&folder, &format!("eeg epochs a.vhdr --force --csv {part}"))
             .expect_failure(2, &[part, "is read and would be replaced"]);
     }
-    // Half a file of samples.
+    // Half a file of samples: the epochs beyond its end are not whole.
     let samples = std::fs::read(folder.path("a.eeg")).unwrap();
     folder.write("a.eeg", &samples[..samples.len() / 2]);
-    with_events(&folder, erd).expect_failure(1, &["a.eeg"]);
+    with_events(&folder, erd)
+        .expect_failure(1, &["at least 10 epochs", "it ends after the recording"]);
 }
 
 #[test]

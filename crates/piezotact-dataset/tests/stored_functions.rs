@@ -54,7 +54,8 @@ fn an_analyser_s_columns_fit_each_other_and_its_impossible_coherence_is_said() {
         case.gyy.clone(),
         case.gxy.clone(),
         0.3125,
-        1,
+        // More than one; the file does not state how many.
+        2,
     )
     .unwrap();
     let (mut worst_h, mut worst_coherence) = (0.0_f64, 0.0_f64);

@@ -33,8 +33,11 @@ pub struct Compared {
     pub participants: [usize; 2],
     /// The people who have answers of one of both only, and do not count.
     pub left_out: usize,
-    /// People who seem to stand in both of two groups, by their pseudonyms or their answers.
+    /// Pseudonyms that stand in both of two groups, which are taken for different people.
     pub in_both: usize,
+    /// People of one group who answer as somebody of the other does, so that they may be the same.
+    #[serde(default)]
+    pub same_answers: usize,
     /// The mean of people's shares, 0–1: as expected in each of two tasks or groups; of two samples, right and taken for the other.
     pub shares: [f64; 2],
     /// Of two samples, presented with each of them: right, and taken for the other; means of people's shares, 0–1.
@@ -299,7 +302,8 @@ fn compared_between(
     if !matches!(difference, Difference::People(_)) {
         return of_expected(difference, &conditions);
     }
-    let in_both = people_in_both(answers.map(|(table, _)| table));
+    let tables = answers.map(|(table, _)| table);
+    let (in_both, same_answers) = (names_in_both(tables), answers_in_both(tables));
     let level = Level::of(&conditions, Same::Nobody);
     let [a, b] = [0, 1].map(|i| -> Vec<f64> {
         let people = level.people[i].values();
@@ -312,6 +316,7 @@ fn compared_between(
         participants: [a.len(), b.len()],
         left_out: 0,
         in_both,
+        same_answers,
         by_sample: None,
         shares,
         stimuli: None,
@@ -330,14 +335,17 @@ fn compared_between(
     Ok(found.beside_answers(level.error()).with_level(&level))
 }
 
-/// How many people of the first seem to stand in the second, by their pseudonyms but for capital letters, blanks and zeros, or by their
-/// answers.
-fn people_in_both([first, second]: [&AnswerTable; 2]) -> usize {
-    let names = |of: &AnswerTable| -> BTreeSet<String> {
+/// How many pseudonyms stand in both, but for capital letters, blanks and zeros.
+fn names_in_both(tables: [&AnswerTable; 2]) -> usize {
+    let [first, second] = tables.map(|of| -> BTreeSet<String> {
         let names = of.answers().iter().map(|one| plain_name(&one.participant));
         names.collect()
-    };
-    let by_name = names(first).intersection(&names(second)).count();
+    });
+    first.intersection(&second).count()
+}
+
+/// How many people of the first answer as somebody of the second does.
+fn answers_in_both([first, second]: [&AnswerTable; 2]) -> usize {
     let marked = [("1 ", first), ("2 ", second)].map(|(mark, of)| {
         let answers = of.answers().iter().cloned();
         answers.map(move |one| Answer {
@@ -363,7 +371,7 @@ fn people_in_both([first, second]: [&AnswerTable; 2]) -> usize {
         .iter()
         .filter(|found| of(&found.one) != of(&found.other));
     let across: BTreeSet<&str> = across.map(|found| found.one.participant.as_str()).collect();
-    by_name.max(across.len())
+    across.len()
 }
 
 impl Association {
@@ -487,6 +495,7 @@ fn paired<T>(
         participants: [people; 2],
         left_out: everybody.len() - people,
         in_both: 0,
+        same_answers: 0,
         by_sample: None,
         shares,
         stimuli: None,
@@ -558,15 +567,16 @@ impl Compared {
     /// Met where the two differ; else not decided: that they are alike is never shown by a test of a difference.
     #[must_use]
     pub fn outcome(&self) -> Outcome {
-        match self.p_adjusted <= LEVEL_SHARE && self.can_decide() && !self.rests_on_same_people() {
+        let rests = self.rests_on_same_people() || self.same_answers > 0;
+        match self.p_adjusted <= LEVEL_SHARE && self.can_decide() && !rests {
             true => Outcome::Met,
             false => Outcome::NotDecided,
         }
     }
 
-    /// Whether so few people can show a difference. Groups that have people in common are no groups.
+    /// Whether so few people can show a difference.
     fn can_decide(&self) -> bool {
-        self.smallest_p <= LEVEL_SHARE && self.in_both == 0
+        self.smallest_p <= LEVEL_SHARE
     }
 
     /// What was found, in one sentence.
@@ -657,8 +667,8 @@ impl Compared {
             Difference::People(_) if self.participants.iter().any(|n| *n < MIN_GROUP) => {
                 "not decided: groups of fewer than 5 participants decide nothing"
             }
-            _ if self.in_both > 0 => {
-                "not decided: people stand in both groups, which are compared as different people"
+            _ if self.same_answers > 0 => {
+                "not decided: some in one group answer as some in the other do, and may be the same people"
             }
             _ if !differs && !self.can_decide() => {
                 "not decided: with so few participants no difference reaches 5 %"
@@ -669,6 +679,9 @@ impl Compared {
             _ if !differs => "not decided",
             Difference::Samples(_) if self.less_share > 0.0 => "told apart better than by guessing",
             Difference::Samples(_) => "called the other more often than right",
+            _ if self.in_both > 0 => {
+                "they differ, if those with the same pseudonym are different people"
+            }
             _ if self.guessing_differs() => "they differ, and so does guessing: not decided why",
             _ if self.stimuli == Some(0) => "they differ, and so do the samples: not decided why",
             _ => "they differ",

@@ -25,11 +25,10 @@ pub enum AssociationWarning {
     )]
     #[serde(rename = "untested_pairs")]
     Untested { pairs: usize, of: usize },
-    /// Two groups that are compared as different people have people in common, by their pseudonyms or their answers.
+    /// Two groups that are compared as different people have pseudonyms in common.
     #[error(
-        "the two groups seem to have {} in common, by pseudonyms or by answers: nothing is decided; compare the same people with again:, or leave \
-            out who stands in both",
-        counted(*people, "participant")
+        "the two groups have {} in common, and are compared as different people: if they are the same, compare them with again:",
+        counted(*people, "pseudonym")
     )]
     SamePseudonyms { people: usize },
     /// Answers of two people agree more than what was presented and their habits explain.

@@ -377,7 +377,8 @@ fn unit(
     found: &mut Found,
 ) {
     let stated = cell(table, row, "units").map(str::trim);
-    let stated = stated.filter(|unit| !matches!(*unit, "" | "n/a"));
+    // A share of full scale, and what has no unit, are no quantities.
+    let stated = stated.filter(|unit| !matches!(*unit, "" | "n/a" | "1" | "arbitrary"));
     let (Some(stated), Some(own)) = (stated, read.stated_units.get(name)) else {
         return;
     };

@@ -138,7 +138,11 @@ impl BidsWriter<'_> {
             channels.rows.push(vec![
                 Cell::from(channel.name.as_str()),
                 Cell::from(kind),
-                Cell::from(unit_text(&channel.unit)),
+                Cell::from(match &channel.unit {
+                    // As in the file of samples.
+                    Unit::Volt => "µV".to_owned(),
+                    other => unit_text(other),
+                }),
                 Cell::from(rate_hz),
             ]);
             let row = brain.channels.iter().find(|row| row.name == channel.name);
