@@ -217,7 +217,7 @@ fn every_break_of_eeg_is_found() {
         (
             "events of no recording",
             "file",
-            "other_events.tsv",
+            "task-other",
             |root| {
                 let path = of(root, "_events.tsv");
                 let other = path.to_str().unwrap().replace("task-task3", "task-other");
