@@ -214,16 +214,11 @@ fn every_break_of_eeg_is_found() {
                 turned.collect()
             });
         }),
-        (
-            "events of no recording",
-            "file",
-            "task-other",
-            |root| {
-                let path = of(root, "_events.tsv");
-                let other = path.to_str().unwrap().replace("task-task3", "task-other");
-                std::fs::copy(path, other).unwrap();
-            },
-        ),
+        ("events of no recording", "file", "task-other", |root| {
+            let path = of(root, "_events.tsv");
+            let other = path.to_str().unwrap().replace("task-task3", "task-other");
+            std::fs::copy(path, other).unwrap();
+        }),
         ("an event after the end", "onset", "_events.tsv", |root| {
             edit(&of(root, "_events.tsv"), |text| {
                 crate::bids::with_cell(text, 3, "onset", |_| "100000".into())

@@ -160,7 +160,7 @@ fn a_rare_sample_that_is_always_called_the_other_is_confused() {
     let says = |person: usize, sample: usize, time: usize| match sample {
         1 if (person, time) == (0, 0) => 1,
         1 => 0,
-        0 if time == 0 && person % 2 == 0 => 1,
+        0 if time == 0 && person.is_multiple_of(2) => 1,
         sample => sample,
     };
     assert_eq!(

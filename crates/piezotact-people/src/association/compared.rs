@@ -517,7 +517,7 @@ impl Compared {
     /// The same beside a difference of answers with the standard error `error`, as if nobody differed from anybody: the larger probability
     /// decides, and the interval holds both. Near 0 and 100 % people show no spread, and their shares are skewed.
     fn beside_answers(self, error: f64) -> Self {
-        if self.smallest_p > LEVEL_SHARE || !(error > 0.0) {
+        if self.smallest_p > LEVEL_SHARE || error.is_nan() || error <= 0.0 {
             return self;
         }
         let of = Normal::standard();

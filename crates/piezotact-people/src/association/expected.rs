@@ -173,13 +173,15 @@ impl ExpectedShare {
 
 /// How often each sample was said, by each participant.
 type Said<'a> = BTreeMap<&'a str, BTreeMap<&'a str, usize>>;
+/// The same by each participant to each stimulus.
+type SaidTo<'a> = BTreeMap<[&'a str; 2], BTreeMap<&'a str, usize>>;
 
 /// What people say with the same samples on offer, whatever is presented.
 struct Habits<'a> {
     /// By task and samples on offer.
     said: BTreeMap<(&'a str, Vec<&'a str>), Said<'a>>,
     /// The same to each stimulus.
-    said_to: BTreeMap<(&'a str, Vec<&'a str>), BTreeMap<[&'a str; 2], BTreeMap<&'a str, usize>>>,
+    said_to: BTreeMap<(&'a str, Vec<&'a str>), SaidTo<'a>>,
 }
 
 impl<'a> Habits<'a> {

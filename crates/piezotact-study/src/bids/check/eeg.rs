@@ -382,8 +382,7 @@ fn unit(
     let (Some(stated), Some(own)) = (stated, read.stated_units.get(name)) else {
         return;
     };
-    let meant =
-        |unit: &str| Unit::parse(&unit.trim().replace('\u{b5}', "u").replace('\u{3bc}', "u"));
+    let meant = |unit: &str| Unit::parse(&unit.trim().replace(['\u{b5}', '\u{3bc}'], "u"));
     if !own.trim().is_empty() && meant(stated) != meant(own) {
         let why = format!(
             "expected the unit {own} of the channel {name}, as in the file of samples, found {stated}; correct the one that is wrong"
