@@ -4,6 +4,7 @@ mod adaptive;
 mod answers;
 mod association;
 mod compared;
+mod confused;
 mod design;
 mod eeg;
 mod felt;

@@ -4,6 +4,7 @@ mod agreement;
 mod align;
 mod along_the_way;
 mod clocks;
+mod codes;
 mod conjugate_trap;
 mod correct;
 mod correct_parts;

@@ -587,25 +587,6 @@ fn a_recording_says_what_is_broken() {
     assert_eq!(kinds, ["beyond_limit", "dead", "copied"], "{warnings:?}");
 }
 
-/// Codes rest for long: as a signal, such a channel would be dead.
-#[test]
-fn channels_of_codes_are_no_signals() {
-    let warned = |name: &str| {
-        let channel = Channel {
-            name: name.into(),
-            unit: Unit::Volt,
-            samples: vec![0.0; 5_000],
-        };
-        let about = (Condition::default(), Provenance::default());
-        let recording = Recording::new(vec![channel], rate(), about.0, about.1).unwrap();
-        !warnings_of(&recording, 1.0).is_empty()
-    };
-    assert!(warned("nail") && warned("stimulus"));
-    for name in ["Status", "TRIG", "trigger in", "STI 014", "STIM"] {
-        assert!(!warned(name), "{name}");
-    }
-}
-
 /// Lines at multiples of 50 Hz that the drive plays are no hum in what is measured of it; without the drive they are, and so is hum beside it.
 #[test]
 fn lines_of_the_drive_are_no_hum() {

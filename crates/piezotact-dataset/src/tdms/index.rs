@@ -52,7 +52,7 @@ impl Kind {
 /// How the samples of an object lie in a chunk.
 #[derive(Clone, Debug)]
 pub(super) struct Index {
-    pub(super) code: u64,
+    pub(super) type_code: u64,
     /// Samples in a chunk.
     pub(super) count: u64,
     /// Bytes in a chunk; 0 for `DAQmx`.
@@ -108,7 +108,7 @@ impl Index {
             Some(kind) => kind,
             None if code == 0 && count == 0 => {
                 return Ok(Self {
-                    code,
+                    type_code: code,
                     count,
                     bytes: 0,
                     parts: Vec::new(),
@@ -141,7 +141,7 @@ impl Index {
             first: 0,
         }];
         Ok(Self {
-            code,
+            type_code: code,
             count,
             bytes,
             parts,
@@ -191,7 +191,7 @@ impl Index {
             parts[0].scaler = NO_SCALER;
         }
         Ok(Self {
-            code,
+            type_code: code,
             count,
             bytes: 0,
             parts,

@@ -383,17 +383,21 @@ impl<'p, R: Read + Seek> Walk<'p, R> {
             }
         };
         let object = &mut self.objects[number];
-        let before = object.index.as_ref().map(|index| index.code);
+        let before = object.index.as_ref().map(|index| index.type_code);
         let before = before.filter(|code| *code != NO_TYPE);
-        if index.code == NO_TYPE && before.is_some() {
+        if index.type_code == NO_TYPE && before.is_some() {
             return Ok(false);
         }
-        if before.is_some_and(|before| before != index.code) {
+        if before.is_some_and(|before| before != index.type_code) {
             let expected = format!(
                 "samples of one type in all segments of `{}`",
                 object.channel.as_deref().unwrap_or_default()
             );
-            let found = format!("type {:#x} after {:#x}", index.code, before.unwrap_or(0));
+            let found = format!(
+                "type {:#x} after {:#x}",
+                index.type_code,
+                before.unwrap_or(0)
+            );
             return Err(self.source.wrong(at, expected, found));
         }
         for part in &index.parts {

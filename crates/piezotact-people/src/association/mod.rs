@@ -15,6 +15,7 @@ mod error;
 mod expected;
 mod felt;
 mod guessing;
+mod level;
 mod matrix;
 mod of_session;
 mod order;

@@ -187,7 +187,7 @@ impl Association {
         let note = format!(
             "A pair is confused if a quarter or more of the presentations of both, each sample weighing alike, are declared to be the other sample. Two samples that \
              feel the same are confused half of the time; guesses among three samples name the other in a third. Not confused: the whole 95 % \
-             interval lies below a quarter, and right answers are shown to be more frequent than the name of the other sample. Not decided: anything else, and pairs that are confused in one task and not in another (--task); more participants narrow it. About \
+             interval lies below a quarter, and right answers are shown to be more frequent than the name of the other sample. Not decided: anything else, and pairs that are confused in one task and not in another (select a task); more participants narrow it. About \
              five of a hundred such intervals do not contain the true share.{shown}"
         );
         let mut blocks = vec![Block::text(text), Block::note(note)];
