@@ -5,14 +5,14 @@
 use std::path::Path;
 
 use piezotact::Warning;
-use piezotact::quantity::{SampleRate, Seconds, Unit};
+use piezotact::quantity::{Seconds, Unit};
 use piezotact::recording::{Recording, RecordingWarning, StartTime};
 
 use crate::columns::{Column, WithoutUnit, recording_of_bases};
 use crate::error::ReadError;
 use crate::open::ReadOptions;
 use crate::stored::{ByteOrder, Stored};
-use crate::time_column::{TimeBase, choose_base};
+use crate::time_column::{TimeBase, choose_base, rate_of_step};
 
 /// What stands for a sample of an amplifier that is overloaded or has no sensor.
 const OVERLOAD: f64 = -1e6;
@@ -202,8 +202,7 @@ pub(crate) fn parse_catman(
             _ if is_time => continue,
             _ if values.is_empty() => left_out.push(format!("`{}` (no samples)", header.name)),
             0 => {
-                let found = SampleRate::new(1e3 / header.step_ms).map_err(ReadError::of(path));
-                let found = found.map(TimeBase::even);
+                let found = rate_of_step(path, 1e-3 * header.step_ms).map(TimeBase::even);
                 let base = choose_base(path, options.rate, Some(found), &mut warnings)?;
                 bases.push((base, Seconds(0.0)));
                 began = began.or_else(|| start_time(header.began_day));

@@ -6,14 +6,14 @@ use piezotact::recording::RecordingWarning;
 use std::path::Path;
 
 use piezotact::Warning;
-use piezotact::quantity::{SampleRate, Seconds};
+use piezotact::quantity::Seconds;
 use piezotact::recording::{Recording, StartTime};
 
 use crate::columns::{Column, WithoutUnit, recording_of_bases};
 use crate::error::ReadError;
 use crate::open::ReadOptions;
 use crate::text::text_of;
-use crate::time_column::{MOST_MISSING, TimeBase, base_of, choose_base};
+use crate::time_column::{MOST_MISSING, TimeBase, base_of, choose_base, rate_of_step};
 
 const MAGIC: &str = "LabVIEW Measurement";
 const END: &str = "***End_of_Header***";
@@ -488,9 +488,8 @@ fn assemble(
             (Some(time), _) if time.values.len() > 1 => Some(base_of(path, time, &mut of_rate)),
             (_, Some((step, written))) if step > 0.0 => {
                 of_rate.extend(coarse(step, &written));
-                let rate = SampleRate::new(1.0 / step);
-                let base = rate.map(|rate| TimeBase::with_gaps(rate, gaps.clone()));
-                Some(base.map_err(ReadError::of(path)))
+                let rate = rate_of_step(path, step);
+                Some(rate.map(|rate| TimeBase::with_gaps(rate, gaps.clone())))
             }
             _ => None,
         };

@@ -41,6 +41,13 @@ const SAME_RATE: f64 = 1e-3;
 /// Time stamps farther than this from their grid are a warning, in samples.
 const FAR: f64 = 0.5;
 
+/// The rate of steps of `step_s`: a whole number where it is one but for rounding.
+pub(crate) fn rate_of_step(path: &Path, step_s: f64) -> Result<SampleRate, ReadError> {
+    let hz = 1.0 / step_s;
+    let is_whole = (hz.round() / hz - 1.0).abs() < 1e-12;
+    SampleRate::new(if is_whole { hz.round() } else { hz }).map_err(ReadError::of(path))
+}
+
 /// Whether `name` is that of a time column.
 pub(crate) fn is_time(name: &str) -> bool {
     NAMES.contains(&name.to_lowercase().as_str())
@@ -301,7 +308,11 @@ pub(crate) fn base_of(
         true => Vec::new(),
         false => (rows.breaks(usual)).map_err(|at| broken(path, time, usual, at))?,
     };
-    let grid = rows.grid(&breaks, usual);
+    let mut grid = rows.grid(&breaks, usual);
+    // No grid fits such times: that of the mean step lasts as long as they do.
+    if grid.gaps.is_empty() && repeated.is_empty() && grid.residual > FAR {
+        grid = rows.even();
+    }
     let most = times.len() as f64 * MOST_MISSING;
     if let Some((row, _)) = grid.gaps.iter().max_by_key(|(_, count)| *count)
         && grid

@@ -30,6 +30,18 @@ fn kept(name: &str) -> PathBuf {
         .join(name)
 }
 
+/// Steps of 64 to 96 ms fit no grid: the recording lasts as long as its times do.
+#[test]
+fn times_that_fit_no_grid_have_their_mean_step() {
+    let Some(path) = shared("data/vibration/finger_force/force_data_1.csv") else {
+        return;
+    };
+    let recording = read_file(&path, &ReadOptions::default()).unwrap();
+    let step_s = 1.0 / recording.rate().hz();
+    assert!((step_s - 0.080_97).abs() < 5e-6, "{step_s}");
+    assert!(said(&recording).contains("evenly sampled"));
+}
+
 fn said(recording: &Recording) -> String {
     let warnings = recording.about.warnings.iter();
     warnings.map(|one| format!("{one}\n")).collect()

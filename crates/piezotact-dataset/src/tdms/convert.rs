@@ -4,7 +4,7 @@ use std::path::Path;
 
 use piezotact::Warning;
 use piezotact::number::counted;
-use piezotact::quantity::{SampleRate, Seconds, Unit};
+use piezotact::quantity::{Seconds, Unit};
 use piezotact::recording::{Recording, RecordingWarning, StartTime};
 
 use super::index::Kind;
@@ -16,7 +16,7 @@ use crate::columns::{Column, WithoutUnit, recording_of_bases};
 use crate::error::ReadError;
 use crate::lvm;
 use crate::open::ReadOptions;
-use crate::time_column::{TimeBase, base_of, choose_base, is_time};
+use crate::time_column::{TimeBase, base_of, choose_base, is_time, rate_of_step};
 
 /// More names than this are not listed in a warning.
 const MOST_NAMED: usize = 6;
@@ -154,10 +154,7 @@ pub(super) fn recording_of(
         one_length(path, &group, times.filter(|_| !is_cut))?;
         let found = match (times, group.signals[0].step_s) {
             (Some(times), _) => Some(base_of(path, &times.column, &mut of_rate)),
-            (None, Some(step_s)) => {
-                let rate = SampleRate::new(1.0 / step_s).map_err(ReadError::of(path));
-                Some(rate.map(TimeBase::even))
-            }
+            (None, Some(step_s)) => Some(rate_of_step(path, step_s).map(TimeBase::even)),
             (None, None) => None,
         };
         let start_s = match (group.began(&parts.times), &earliest) {

@@ -89,6 +89,13 @@ impl<'a> Rows<'a> {
             && line.residual * line.period <= unit * (1.0 + 1e-3)
     }
 
+    /// The grid of the mean step.
+    pub(super) fn even(self) -> Grid {
+        let steps = self.steps.len() as f64;
+        let mean = self.steps.iter().sum::<f64>() / steps;
+        self.on(&[0], &[0], Some(mean))
+    }
+
     /// The grid of rows whose clock jumped before `breaks`.
     pub(super) fn grid(self, breaks: &[usize], usual: f64) -> Grid {
         let starts: Vec<usize> = std::iter::once(0).chain(breaks.iter().copied()).collect();

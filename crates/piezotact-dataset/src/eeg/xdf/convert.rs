@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use piezotact::Warning;
-use piezotact::quantity::{SampleRate, Seconds};
+use piezotact::quantity::Seconds;
 use piezotact::recording::{
     Channel, Clock, Condition, Event, EventValue, LostBy, NotUsed, Provenance, Recording,
     RecordingWarning,
@@ -13,6 +13,7 @@ use piezotact::recording::{
 use super::super::{EegSegment, one_of};
 use super::{LostBefore, XdfStream, XdfValues, parse_xdf};
 use crate::error::ReadError;
+use crate::time_column::rate_of_step;
 
 /// What stands between two parts of a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -304,7 +305,7 @@ fn signals(
         [first, ..] => (*first, stream.nominal_rate_hz),
         [] => (0.0, stream.nominal_rate_hz),
     };
-    let rate_hz = SampleRate::new(rate_hz).map_err(ReadError::of(path))?;
+    let rate_hz = rate_of_step(path, 1.0 / rate_hz)?;
     let clock = Clock {
         rate_hz,
         start_s: Seconds(start_s),
