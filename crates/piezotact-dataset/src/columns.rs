@@ -231,10 +231,10 @@ pub(crate) fn recording_of_bases(
         let stated = options
             .units
             .get(&column.name)
-            .map(|text| measure_or_unit(text));
+            .map(|text| of_force(&column.name, text).unwrap_or_else(|| measure_or_unit(text)));
         let plain = (Unit::Other(String::new()), 1.0);
         let scale = options.scale.as_ref();
-        let (unit, factor) = match (stated, own.map(Unit::parse), scale) {
+        let (unit, factor) = match (stated, own.map(|text| parsed(&column.name, text)), scale) {
             (Some(stated), Some(own), _) if stated != own => {
                 return Err(unit_differs(path, &column.name, &own.0, &stated.0));
             }
@@ -349,6 +349,25 @@ fn unit_differs(path: &Path, name: &str, own: &Unit, stated: &Unit) -> ReadError
         stated.symbol(),
         "correct the one that is wrong",
     )
+}
+
+/// The unit of a channel, and the factor to SI.
+fn parsed(name: &str, text: &str) -> (Unit, f64) {
+    of_force(name, text).unwrap_or_else(|| Unit::parse(text))
+}
+
+/// What scales state of a channel that is called as a force: a gram there is the weight of one, and no acceleration.
+fn of_force(name: &str, text: &str) -> Option<(Unit, f64)> {
+    if quantity_of(name) != Some(Unit::Newton) {
+        return None;
+    }
+    let newtons = match text.trim() {
+        "g" | "gf" => 9.806_65e-3,
+        "kg" | "kgf" => 9.806_65,
+        "cN" => 1e-2,
+        _ => return None,
+    };
+    Some((Unit::Newton, newtons))
 }
 
 /// The unit of what a channel's name says that it is; a torque has none of those that a scale has.

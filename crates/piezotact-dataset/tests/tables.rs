@@ -30,6 +30,22 @@ fn kept(name: &str) -> PathBuf {
         .join(name)
 }
 
+/// A force in g is a weight: no acceleration, and no vibration.
+#[test]
+fn a_force_in_grams_is_in_newtons() {
+    for (unit, newtons) in [("g", 0.5), ("cN", 0.509_86), ("kg", 500.0)] {
+        let mut text = format!("time (s),fz ({unit}),acc (g)\n");
+        for row in 0..20 {
+            text += &format!("{},50.986,1\n", f64::from(row) / 100.0);
+        }
+        let recording = read(&text);
+        let channels = recording.channels();
+        assert_eq!(channels[0].unit, Unit::Newton, "{unit}");
+        assert!((channels[0].samples[3] - newtons).abs() < 1e-4 * newtons);
+        assert_eq!(channels[1].unit, Unit::MetrePerSecondSquared);
+    }
+}
+
 /// Steps of 64 to 96 ms fit no grid: the recording lasts as long as its times do.
 #[test]
 fn times_that_fit_no_grid_have_their_mean_step() {
