@@ -46,6 +46,23 @@ fn a_force_in_grams_is_in_newtons() {
     }
 }
 
+/// A clock that jumps by more samples than can be counted: an error with the step.
+#[test]
+fn a_clock_that_jumps_beyond_all_bounds_is_refused() {
+    for last in ["9e18", "1e30", "1e99"] {
+        let mut text = "time (s),acc (g)\n".to_owned();
+        for row in 0..200 {
+            text += &format!("{},1\n", f64::from(row) / 1000.0);
+        }
+        text += &format!("{last},1\n{last},1\n");
+        let refused = read_bytes(text.as_bytes(), &ReadOptions::default()).unwrap_err();
+        assert!(
+            refused.to_string().contains("steps of about 0.001"),
+            "{refused}"
+        );
+    }
+}
+
 /// Steps of 64 to 96 ms fit no grid: the recording lasts as long as its times do.
 #[test]
 fn times_that_fit_no_grid_have_their_mean_step() {

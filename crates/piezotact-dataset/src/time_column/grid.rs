@@ -115,9 +115,14 @@ impl<'a> Rows<'a> {
             let before = lines[k - 1].count;
             let gap = (first(k) - first(k - 1)) / period - (before - 1) as f64;
             whole &= (gap - gap.round()).abs() <= WHOLE && gap > 0.5;
-            chained.push(chained[k - 1] + before - 1 + gap.round().max(1.0) as usize);
+            let steps = gap.round().max(1.0) as usize;
+            chained.push(
+                chained[k - 1]
+                    .saturating_add(before - 1)
+                    .saturating_add(steps),
+            );
             let place = ((first(k) - first(0)) / period).round().max(0.0) as usize;
-            nearest.push(place.max(nearest[k - 1] + before));
+            nearest.push(place.max(nearest[k - 1].saturating_add(before)));
         }
         match whole {
             true => self.on(&starts, &chained, None),
@@ -137,7 +142,7 @@ impl<'a> Rows<'a> {
     fn on(self, starts: &[usize], places: &[usize], period: Option<f64>) -> Grid {
         let mut place = Vec::with_capacity(self.times.len());
         for (segment, first) in self.segments(starts).zip(places) {
-            place.extend((0..segment.len()).map(|k| (first + k) as f64));
+            place.extend((0..segment.len()).map(|k| first.saturating_add(k) as f64));
         }
         let count = place.len() as f64;
         let mean = |values: &mut dyn Iterator<Item = f64>| values.sum::<f64>() / count;
@@ -155,7 +160,7 @@ impl<'a> Rows<'a> {
             .map(|(x, t)| ((t - of) / period - (x - at)).abs())
             .fold(0.0, f64::max);
         let gaps = starts.iter().enumerate().skip(1).filter_map(|(k, row)| {
-            let before = places[k - 1] + (row - starts[k - 1]);
+            let before = places[k - 1].saturating_add(row - starts[k - 1]);
             let missing = places[k].saturating_sub(before);
             (missing > 0).then_some((*row, missing))
         });
