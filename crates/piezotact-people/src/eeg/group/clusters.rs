@@ -7,6 +7,7 @@ use piezotact::warning::{Few, FewWarning};
 use serde::{Deserialize, Serialize};
 
 use super::people::People;
+use super::power::power_of;
 use super::{GroupConfig, GroupCriterion, GroupError, LEVEL};
 use crate::eeg::cluster::{
     Cluster, ClusterConfig, ClusterTest, Grid, Tried, differences, people_for, test,
@@ -72,8 +73,9 @@ pub struct TaskClusters {
     pub clusters: Vec<ClusterPlace>,
     /// The probability of the one that is least probable, after Holm over the pairs of tasks; 1 without a cluster.
     pub p_holm: f64,
-    /// The larger of the probabilities of a cluster and of one of power itself, whatever the baselines, that overlaps it in the same
-    /// direction: of the least probable pair of clusters, after Holm over the pairs of tasks; 1 without such a pair.
+    /// The largest of the probabilities of a cluster, of one of power itself, whatever the baselines, and of one of power less that in the
+    /// baseline (re the baseline of both tasks), which overlap it in the same direction: of the least probable such clusters, after Holm over
+    /// the pairs of tasks; 1 without them.
     pub power_p_holm: f64,
     /// What was decided.
     pub criteria: Vec<Criterion<GroupCriterion>>,
@@ -112,9 +114,12 @@ pub(super) fn clusters(
         let described = described(people, &tasks, &tested, &grid, &result, pairs.len());
         let power_p_holm = match result.clusters.iter().any(|one| one.p_value <= LEVEL) {
             true => {
-                let [first, second] = &tested.levels;
-                let of_power = test(&differences(first, second)?, &grid, &settings)?;
-                with_power(&result.clusters, &of_power.clusters)
+                let of = |[first, second]: &[Vec<Vec<f64>>; 2]| {
+                    let tested = test(&differences(first, second)?, &grid, &settings)?;
+                    Ok::<_, GroupError>(tested.clusters)
+                };
+                let of_power = [of(&tested.levels)?, of(&tested.steps())?];
+                with_power(&result.clusters, &of_power)
             }
             false => 1.0,
         };
@@ -132,18 +137,22 @@ pub(super) fn clusters(
     Ok((found, warnings))
 }
 
-/// The larger probability of a cluster of changes and of one of power that share a node and a sign: of the least probable pair; 1 without one.
-fn with_power(changes: &[Cluster], power: &[Cluster]) -> f64 {
+/// The largest probability of a cluster of changes and of one of each kind of power that shares a node and a sign with it: of the least
+/// probable such clusters; 1 without them.
+fn with_power(changes: &[Cluster], powers: &[Vec<Cluster>]) -> f64 {
     let overlaps = |one: &Cluster, other: &Cluster| {
         let mut nodes = one.nodes.iter();
         one.mass * other.mass > 0.0 && nodes.any(|node| other.nodes.binary_search(node).is_ok())
     };
-    let pairs = changes
-        .iter()
-        .flat_map(|one| power.iter().map(move |other| (one, other)));
-    let pairs = pairs.filter(|(one, other)| overlaps(one, other));
-    let larger = pairs.map(|(one, other)| one.p_value.max(other.p_value));
-    larger.fold(1.0, f64::min)
+    let beside = |one: &Cluster, power: &[Cluster]| {
+        let own = power.iter().filter(|other| overlaps(one, other));
+        own.map(|other| other.p_value).fold(1.0, f64::min)
+    };
+    let largest = changes.iter().map(|one| {
+        let beside = powers.iter().map(|power| beside(one, power));
+        beside.fold(one.p_value, f64::max)
+    });
+    largest.fold(1.0, f64::min)
 }
 
 /// A warning where the smallest possible p is above the level once it is adjusted over the pairs of tasks.
@@ -193,6 +202,28 @@ struct Tested {
     second: Vec<Vec<f64>>,
     /// The power itself in both tasks, dB re 1 µV².
     levels: [Vec<Vec<f64>>; 2],
+}
+
+impl Tested {
+    /// The power less that in the baseline, re the baseline of both tasks (the mean of their dB).
+    fn steps(&self) -> [Vec<Vec<f64>>; 2] {
+        let changes = [&self.first, &self.second];
+        [0, 1].map(|task| {
+            let of_person = |person: usize| {
+                let at = |node: usize| {
+                    let [own, other] = [task, 1 - task].map(|task| {
+                        let level = self.levels[task][person][node];
+                        [level, level - changes[task][person][node]]
+                    });
+                    let both_db = 0.5 * (own[1] + other[1]);
+                    let [level, baseline] = own.map(|db| power_of(db - both_db));
+                    level - baseline
+                };
+                (0..self.first[person].len()).map(at).collect()
+            };
+            (0..self.names.len()).map(of_person).collect()
+        })
+    }
 }
 
 fn tested(people: &People<'_>, [a, b]: &[String; 2]) -> Tested {
@@ -315,7 +346,8 @@ impl TaskClusters {
             (GroupCriterion::ClusterOfPower { tasks }, with_power),
         ];
         let all = all.map(|(what, p)| Criterion::new(what, "", p, None, Limit::at_most(LEVEL)));
-        // A large p does not show that tasks are alike, nor a small one that they differ where their baselines may be all that does.
+        // A large p does not show that tasks are alike, nor a small one that they differ where their baselines, or added noise, may be
+        // all that does.
         let met = all.iter().all(|one| one.outcome == Outcome::Met);
         let decided = |mut one: Criterion<GroupCriterion>| {
             let is_of_changes = matches!(one.what, GroupCriterion::Cluster { .. });
@@ -329,7 +361,7 @@ impl TaskClusters {
         self.power_p_holm = with_power;
     }
 
-    /// Whether changes have a cluster in which power itself does not differ: the baselines may carry it.
+    /// Whether changes have a cluster in which power itself does not differ: the baselines, or added noise, may carry it.
     #[must_use]
     pub fn may_be_of_baselines(&self) -> bool {
         self.p_holm <= LEVEL && self.power_p_holm > LEVEL

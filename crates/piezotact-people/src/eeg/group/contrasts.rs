@@ -5,6 +5,7 @@ use piezotact::criterion::{Criterion, Limit, Outcome};
 use piezotact::statistics::holm;
 
 use super::people::{People, unequal};
+use super::power::power_of;
 use super::{
     ALL_SURFACES, Gradient, GroupConfig, GroupCriterion, LEVEL, PersonChange, TaskChanges,
     TaskContrast,
@@ -52,10 +53,10 @@ pub(super) fn contrasts(
             let all = own.iter().map(|i| of(&found[*i]).unwrap_or(1.0));
             holm(&all.collect::<Vec<_>>())
         };
-        let (of_changes, of_windows) = (p(of_change), p(of_window));
-        for ((i, p), of_window) in own.into_iter().zip(of_changes).zip(of_windows) {
+        let (of_changes, of_powers) = (p(of_change), p(of_power));
+        for ((i, p), of_power) in own.into_iter().zip(of_changes).zip(of_powers) {
             found[i].p_holm = Some(p);
-            found[i].window_p_holm = found[i].window.map(|_| of_window);
+            found[i].power_p_holm = found[i].window.map(|_| of_power);
             found[i].holm_over = over;
         }
     }
@@ -77,13 +78,18 @@ fn of_change(one: &TaskContrast) -> Option<f64> {
     Some(one.contrast?.difference.p_value)
 }
 
-/// The probability of a difference of power in the window as far in the direction of that of the changes: of one side, as the direction is given.
-fn of_window(one: &TaskContrast) -> Option<f64> {
-    let (change, window) = (one.contrast?.difference, one.window?.difference);
-    Some(match change.mean * window.mean > 0.0 {
-        true => 0.5 * window.p_value,
-        false => 1.0 - 0.5 * window.p_value,
-    })
+/// The probability of differences of power as far in the direction of that of the changes: of one side, as the direction is given, and the
+/// larger of that in the window and that from baseline to window.
+fn of_power(one: &TaskContrast) -> Option<f64> {
+    let change = one.contrast?.difference;
+    let [window, step] = [one.window?, one.step?].map(|found| {
+        let difference = found.difference;
+        match change.mean * difference.mean > 0.0 {
+            true => 0.5 * difference.p_value,
+            false => 1.0 - 0.5 * difference.p_value,
+        }
+    });
+    Some(window.max(step))
 }
 
 /// Whether two are of the same surface, region and band.
@@ -101,12 +107,26 @@ fn both<'c>(first: &'c TaskChanges, second: &'c TaskChanges) -> Vec<[&'c PersonC
     first.people.iter().filter_map(of).collect()
 }
 
+/// The power in the window less that in the baseline of one task, % of the baseline of both (the mean of their dB).
+fn step_percent(pair: [&PersonChange; 2], at: usize) -> f64 {
+    let both_db = 0.5 * (pair[0].baseline_db + pair[1].baseline_db);
+    let [window, baseline] =
+        [pair[at].window_db, pair[at].baseline_db].map(|db| power_of(db - both_db));
+    100.0 * (window - baseline)
+}
+
 fn contrast(first: &TaskChanges, second: &TaskChanges) -> TaskContrast {
     let pairs = both(first, second);
-    let of = |value: fn(&PersonChange) -> f64| {
-        let [a, b] = [0, 1].map(|at| pairs.iter().map(|pair| value(pair[at])).collect::<Vec<_>>());
+    let of_pairs = |value: &dyn Fn([&PersonChange; 2], usize) -> f64| {
+        let [a, b] = [0, 1].map(|at| {
+            pairs
+                .iter()
+                .map(|pair| value(*pair, at))
+                .collect::<Vec<_>>()
+        });
         paired(&a, &b).ok()
     };
+    let of = |value: fn(&PersonChange) -> f64| of_pairs(&|pair, at| value(pair[at]));
     TaskContrast {
         tasks: [first.task.clone(), second.task.clone()],
         surface: first.surface.clone(),
@@ -121,7 +141,8 @@ fn contrast(first: &TaskChanges, second: &TaskChanges) -> TaskContrast {
         holm_over: 0,
         baseline: of(|one| one.baseline_db),
         window: of(|one| one.window_db),
-        window_p_holm: None,
+        step: of_pairs(&step_percent),
+        power_p_holm: None,
         criteria: Vec::new(),
     }
 }
@@ -137,23 +158,23 @@ fn criteria(one: &TaskContrast, config: &GroupConfig) -> Vec<Criterion<GroupCrit
         Some(p) => Criterion::new(what, "", p, None, limit),
         None => Criterion::unmeasured(what, "", limit),
     };
-    let what = GroupCriterion::WindowDiffers {
+    let what = GroupCriterion::PowerDiffers {
         tasks: tasks.clone(),
         place: place.clone(),
     };
-    let mut of_window = match one.window_p_holm {
+    let mut of_power = match one.power_p_holm {
         Some(p) => Criterion::new(what, "", p, None, limit),
         None => Criterion::unmeasured(what, "", limit),
     };
     // A large p does not show that tasks are alike.
-    if of_window.outcome == Outcome::NotMet {
-        of_window.outcome = Outcome::NotDecided;
+    if of_power.outcome == Outcome::NotMet {
+        of_power.outcome = Outcome::NotDecided;
     }
-    // Nor does a small one show that they differ where their baselines may be all that does.
-    if differ.outcome == Outcome::NotMet || of_window.outcome != Outcome::Met {
+    // Nor does a small one show that they differ where their baselines, or added noise, may be all that does.
+    if differ.outcome == Outcome::NotMet || of_power.outcome != Outcome::Met {
         differ.outcome = Outcome::NotDecided;
     }
-    let mut all = vec![differ, of_window];
+    let mut all = vec![differ, of_power];
     if let Some(reach) = config.margin {
         let (limit, unit) = (Limit::Within { reach }, unit_of(config.unit));
         let what = GroupCriterion::Alike { tasks, place };

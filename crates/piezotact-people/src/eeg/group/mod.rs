@@ -131,10 +131,14 @@ pub struct TaskContrast {
     /// The contrast of the power in the window, dB; absent as the contrast of changes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub window: Option<Contrast>,
-    /// The probability that the power in the window differs so far by chance in the direction in which the changes differ (one side), after
-    /// Holm over the same contrasts.
+    /// The contrast of the power in the window less that in the baseline, % of the mean baseline of both tasks; absent as the contrast of
+    /// changes. What adds power to both, such as noise in one task, leaves it at 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub window_p_holm: Option<f64>,
+    pub step: Option<Contrast>,
+    /// The larger probability that [`Self::window`] and [`Self::step`] differ so far by chance in the direction in which the changes differ
+    /// (one side), after Holm over the same contrasts.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub power_p_holm: Option<f64>,
     /// What was decided.
     pub criteria: Vec<Criterion<GroupCriterion>>,
 }
@@ -144,7 +148,7 @@ pub struct TaskContrast {
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum GroupCriterion {
-    /// Two tasks differ: the probability of the difference, after Holm; decided only where [`Self::WindowDiffers`] is met.
+    /// Two tasks differ: the probability of the difference, after Holm; decided only where [`Self::PowerDiffers`] is met.
     Differ {
         /// The tasks.
         tasks: [String; 2],
@@ -153,7 +157,7 @@ pub enum GroupCriterion {
     },
     /// The power in the window differs by itself, in the direction of the changes: the probability, after Holm. Where it does not, the
     /// baselines may carry the difference.
-    WindowDiffers {
+    PowerDiffers {
         /// The tasks.
         tasks: [String; 2],
         /// Where.
@@ -194,12 +198,12 @@ impl fmt::Display for GroupCriterion {
                 tasks: [a, b],
                 place,
             } => write!(f, "{a} and {b} differ, {place}: p after Holm"),
-            Self::WindowDiffers {
+            Self::PowerDiffers {
                 tasks: [a, b],
                 place,
             } => write!(
                 f,
-                "{a} and {b} differ in the power in the window, in the same direction, {place}: p after Holm"
+                "{a} and {b} differ in power, in the window and from the baseline to it, in the same direction, {place}: p after Holm"
             ),
             Self::Alike {
                 tasks: [a, b],
@@ -256,13 +260,13 @@ impl TaskContrast {
         own.map_or(Outcome::NotDecided, |one| one.outcome)
     }
 
-    /// Whether the changes differ while the power in the window is not told apart: the baselines may carry the difference.
+    /// Whether the changes differ while power itself is not told apart: the baselines, or added noise, may carry the difference.
     #[must_use]
     pub fn may_be_of_baselines(&self) -> bool {
         let mut all = self.criteria.iter();
-        let of_window = all.find(|one| matches!(one.what, GroupCriterion::WindowDiffers { .. }));
+        let of_power = all.find(|one| matches!(one.what, GroupCriterion::PowerDiffers { .. }));
         self.p_holm.is_some_and(|p| p <= LEVEL)
-            && of_window.is_some_and(|one| one.outcome != Outcome::Met)
+            && of_power.is_some_and(|one| one.outcome != Outcome::Met)
     }
 
     /// Whether the difference lies within the margin; absent where no margin was stated.

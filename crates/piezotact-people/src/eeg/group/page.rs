@@ -321,7 +321,16 @@ impl EegStats {
             Column::new("power in the window, dB", "window_difference"),
             Column::new("95 % from", "window_difference_low"),
             Column::new("95 % to", "window_difference_high"),
-            Column::new("p in the direction of the change, Holm", "window_p_holm"),
+            Column::new(
+                "window − baseline, % of the mean baseline",
+                "step_difference",
+            ),
+            Column::new("95 % from", "step_difference_low"),
+            Column::new("95 % to", "step_difference_high"),
+            Column::new(
+                "larger p of both in the direction of the change, Holm",
+                "power_p_holm",
+            ),
         ]);
         table.rows = self
             .contrasts
@@ -329,8 +338,8 @@ impl EegStats {
             .map(|one| {
                 let [a, b] = &one.tasks;
                 let found = one.contrast.as_ref();
-                let [baseline, window] =
-                    [one.baseline, one.window].map(|found| found.map(|one| one.difference));
+                let [baseline, window, step] = [one.baseline, one.window, one.step]
+                    .map(|found| found.map(|one| one.difference));
                 let of = |value: &dyn Fn(&crate::eeg::contrast::Contrast) -> f64| {
                     Cell::from(found.map(value))
                 };
@@ -357,7 +366,10 @@ impl EegStats {
                     Cell::from(window.map(|found| found.mean)),
                     Cell::from(window.map(|found| found.interval[0])),
                     Cell::from(window.map(|found| found.interval[1])),
-                    Cell::from(one.window_p_holm),
+                    Cell::from(step.map(|found| found.mean)),
+                    Cell::from(step.map(|found| found.interval[0])),
+                    Cell::from(step.map(|found| found.interval[1])),
+                    Cell::from(one.power_p_holm),
                 ]
             })
             .collect();
@@ -623,8 +635,8 @@ impl EegStats {
     fn rules() -> String {
         format!(
             "Two tasks differ where p ≤ {LEVEL} after Holm's adjustment (means of surfaces, single surfaces and pairs of tasks in cluster tests, each \
-             among themselves), of the changes and, in the same direction, of the power in the window by itself: where baselines alone differ, nothing is \
-             decided. A larger p decides nothing. Tasks are alike within a margin that was stated where the 95 % interval lies within it; \
+             among themselves), of the changes and, in the same direction, of power itself, in the window and from the baseline to it: where baselines alone \
+             differ, or one task has more noise throughout, nothing is decided. A larger p decides nothing. Tasks are alike within a margin that was stated where the 95 % interval lies within it; \
              they may differ and be alike within the margin. An order holds where each of its steps differs in its direction."
         )
     }

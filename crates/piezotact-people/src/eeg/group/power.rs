@@ -39,6 +39,11 @@ impl PowerLevel {
     }
 }
 
+/// The power at `level_db`, re that at 0 dB.
+pub(super) fn power_of(level_db: f64) -> f64 {
+    10f64.powf(level_db / 10.0)
+}
+
 /// A difference with its 95 % interval, dB.
 fn difference_text(found: &Contrast) -> String {
     let [low, high] = found.difference.interval;
@@ -48,6 +53,13 @@ fn difference_text(found: &Contrast) -> String {
         plus(low, 2),
         plus(high, 2)
     )
+}
+
+/// A difference with its 95 % interval, percentage points.
+fn percent_text(found: &Contrast) -> String {
+    let [low, high] = found.difference.interval;
+    let mean = plus(found.difference.mean, 1);
+    format!("{mean} (95 % {} to {})", plus(low, 1), plus(high, 1))
 }
 
 impl TaskContrast {
@@ -60,11 +72,18 @@ impl TaskContrast {
                 format!("{}, {p}", difference_text(found))
             },
         );
-        let window = self.window.as_ref().zip(self.window_p_holm).map_or_else(
-            || "differs by the same in all participants".to_owned(),
-            |(found, p)| format!("{}, {} after Holm", difference_text(found), p_text(p)),
-        );
-        format!("power in the baseline {baseline}; in the window {window}")
+        let same = || "by the same in all participants".to_owned();
+        let window = self.window.as_ref().map_or_else(same, difference_text);
+        let step = self.step.as_ref().map_or_else(same, percent_text);
+        let p = self.power_p_holm.map_or_else(String::new, |p| {
+            format!(
+                "; larger p of both in the direction of the change {} after Holm",
+                p_text(p)
+            )
+        });
+        format!(
+            "power in the baseline {baseline}; in the window {window}; from baseline to window {step}{p}"
+        )
     }
 
     /// Why a difference is not decided, where the baselines may be all that differs.
@@ -72,8 +91,8 @@ impl TaskContrast {
         let [a, b] = &self.tasks;
         self.may_be_of_baselines().then(|| {
             format!(
-                "{b} − {a}, {}, {}, {}: the changes differ, but not the power in the window in the same direction, so the baselines may be all that \
-                 differs ({})",
+                "{b} − {a}, {}, {}, {}: the changes differ, but not power itself in the same direction, in the window and from the baseline to it, \
+                 so the baselines, or noise in one task, may be all that differs ({})",
                 self.surface,
                 self.region,
                 self.band,
@@ -93,7 +112,7 @@ impl EegStats {
             let [a, b] = &one.tasks;
             format!(
                 "{b} − {a}: changes have a cluster, but power itself has none that overlaps it in the same direction ({} after Holm), so the \
-                 baselines may be all that differs",
+                 baselines, or noise in one task, may be all that differs",
                 p_text(one.power_p_holm)
             )
         });
@@ -107,7 +126,8 @@ impl EegStats {
             Block::Table(self.power_contrasts_table()),
             Block::note(
                 "Mean power of the wavelets in the band, dB re 1 µV², over participants. A change differs between tasks also where their \
-                 baselines alone differ: tasks are said to differ only where the power in the window differs by itself, in the same direction.",
+                 baselines alone differ, or where one has more noise throughout: tasks are said to differ only where the power in the window, and \
+                 the power in it less that in the baseline (% of the mean baseline of both tasks), differ in the same direction.",
             ),
         ]
     }
@@ -146,13 +166,18 @@ impl EegStats {
             Column::new("baseline (95 %)", "baseline_difference"),
             Column::new("p", "baseline_p"),
             Column::new("window (95 %)", "window_difference"),
-            Column::new("p in the direction of the change, Holm", "window_p_holm"),
+            Column::new("window − baseline, % (95 %)", "step_difference"),
+            Column::new(
+                "larger p of both in the direction of the change, Holm",
+                "power_p_holm",
+            ),
         ]);
         let rows = self.contrasts.iter().map(|one| {
             let [a, b] = &one.tasks;
-            let text = |found: Option<&Contrast>| {
-                found.map_or(Cell::from(None), |found| Cell::Text(difference_text(found)))
+            let of = |found: Option<&Contrast>, text: fn(&Contrast) -> String| {
+                found.map_or(Cell::from(None), |found| Cell::Text(text(found)))
             };
+            let text = |found| of(found, difference_text);
             let baseline_p = one.baseline.map(|found| found.difference.p_value);
             vec![
                 Cell::Text(format!("{b} − {a}")),
@@ -162,7 +187,8 @@ impl EegStats {
                 text(one.baseline.as_ref()),
                 Cell::from(baseline_p),
                 text(one.window.as_ref()),
-                Cell::from(one.window_p_holm),
+                of(one.step.as_ref(), percent_text),
+                Cell::from(one.power_p_holm),
             ]
         });
         table.rows = rows.collect();

@@ -38,6 +38,8 @@ const BASELINE_PEOPLE_DB: f64 = 3.0;
 const BASELINE_TASK_DB: f64 = 0.3;
 /// How much more power one of two unequal baselines has, dB.
 const BASELINES_DB: f64 = 2.0;
+/// The power of noise that is added in one task, re that of its baseline.
+const NOISE: f64 = 1.0;
 /// Of the cluster test.
 const FLIPS: usize = 256;
 
@@ -52,6 +54,8 @@ enum Differ {
     NoChange,
     /// The power in the window is the same; that in the baseline is not.
     Baselines,
+    /// One task has more noise throughout.
+    Noise,
 }
 
 impl Differ {
@@ -64,10 +68,11 @@ impl Differ {
             Self::Skewed => "skewed in one task",
             Self::NoChange => "15 % without any change in one task",
             Self::Baselines => "unequal baselines, equal windows",
+            Self::Noise => "noise added in one task",
         }
     }
 
-    /// The true difference of the changes, dB.
+    /// The difference of the changes that the baselines make, dB.
     fn difference_db(self) -> f64 {
         match self {
             Self::Baselines => -BASELINES_DB,
@@ -174,6 +179,19 @@ struct Shown {
     epochs: usize,
 }
 
+impl Shown {
+    /// The same with the power `noise`, re the baseline, added to baseline and window.
+    fn with_noise(self, noise: f64) -> Self {
+        let more_db = |ratio: f64| 10.0 * ((ratio + noise) / ratio).log10();
+        let window = 10f64.powf(self.change_db / 10.0);
+        Self {
+            change_db: self.change_db + more_db(window) - more_db(1.0),
+            baseline_db: self.baseline_db + more_db(1.0),
+            ..self
+        }
+    }
+}
+
 /// The document of a person in a task, with noise of its own at each electrode.
 fn document(of: &EegErd, name: &str, task: usize, shown: &Shown, random: &mut Random) -> EegErd {
     let mut found = of.clone();
@@ -239,6 +257,7 @@ pub(super) fn scenarios() -> Vec<Scenario> {
         (D::NoChange, 10),
         (D::NoChange, 20),
         (D::Baselines, 10),
+        (D::Noise, 10),
     ];
     let Ok(of) = somebody() else {
         return Vec::new();
@@ -271,6 +290,10 @@ fn scenario(of: EegErd, kind: Differ, people: usize) -> Scenario {
                         _ => EPOCHS,
                     },
                 };
+                let shown = match (kind, task) {
+                    (Differ::Noise, 1) => shown.with_noise(NOISE),
+                    _ => shown,
+                };
                 let name = format!("P{i:02}");
                 documents.push(document(&of, &name, task, &shown, &mut random));
             }
@@ -286,7 +309,9 @@ fn scenario(of: EegErd, kind: Differ, people: usize) -> Scenario {
         let found = compare(&documents, &config)?;
         let contrast = found.contrasts.first().context("no contrast")?;
         let measured = contrast.contrast;
-        let interval = measured.map(|one| one.difference.interval);
+        // What noise adds to the difference is another in each person: its intervals have no one truth.
+        let estimated = measured.filter(|_| kind != Differ::Noise);
+        let interval = estimated.map(|one| one.difference.interval);
         // What the baselines may carry is withheld.
         let concluded = measured
             .filter(|_| !contrast.may_be_of_baselines())
@@ -306,7 +331,7 @@ fn scenario(of: EegErd, kind: Differ, people: usize) -> Scenario {
                 ..Found::estimated(interval, truth_db)
             },
             Found::estimated(
-                measured.map(|one| one.d_z_interval),
+                estimated.map(|one| one.d_z_interval),
                 truth_db / TASK_DB / 2f64.sqrt(),
             ),
             Found::estimated(mean.interval, CHANGE_DB),
