@@ -53,13 +53,21 @@ pub(crate) fn parse_flac(path: &Path, bytes: &[u8]) -> Result<Flac, ReadError> {
     let track = reader.first_track(TrackType::Audio);
     let promised = track.and_then(|track| track.num_frames);
     let parameters = track.and_then(|track| track.codec_params.as_ref()?.audio().cloned());
+    // Whole blocks are kept.
     let cut = |frames: usize| {
-        wrong(match promised {
-            Some(promised) => {
-                format!("{frames} samples of the {promised} in its header: it was cut short")
-            }
-            None => format!("its end within a block, after {frames} samples: it was cut short"),
-        })
+        let what = match promised {
+            Some(promised) => format!(
+                "the header states {promised} samples of each channel, and the file holds {frames} in whole blocks: {} are missing; it was cut short",
+                promised.saturating_sub(frames as u64)
+            ),
+            None => format!(
+                "the file ends within a block, after {frames} samples of each channel: it was cut short"
+            ),
+        };
+        match frames {
+            0 => Err(wrong("no whole block of samples: it was cut short".into())),
+            _ => Ok(Warning::from(RecordingWarning::Guessed { what })),
+        }
     };
     let parameters = parameters.ok_or_else(|| wrong("no description of its samples".into()))?;
     let (Some(rate_hz), Some(bits)) = (parameters.sample_rate, parameters.bits_per_sample) else {
@@ -68,13 +76,14 @@ pub(crate) fn parse_flac(path: &Path, bytes: &[u8]) -> Result<Flac, ReadError> {
     let options = AudioDecoderOptions::default().verify(true);
     let mut decoder = FlacDecoder::try_new(&parameters, &options).map_err(damaged)?;
     let (mut channels, mut other) = (Vec::<Vec<f64>>::new(), None);
-    let mut block = Vec::new();
+    let (mut block, mut is_cut) = (Vec::new(), false);
     loop {
         let packet = match reader.next_packet() {
             Ok(Some(packet)) => packet,
             Ok(None) => break,
             Err(error) if is_end(&error) => {
-                return Err(cut(channels.first().map_or(0, Vec::len)));
+                is_cut = true;
+                break;
             }
             Err(error) => return Err(damaged(error)),
         };
@@ -99,7 +108,9 @@ pub(crate) fn parse_flac(path: &Path, bytes: &[u8]) -> Result<Flac, ReadError> {
         }
     }
     let frames = channels.first().map_or(0, Vec::len);
-    let verified = decoder.finalize().verify_ok;
+    is_cut |= promised.is_some_and(|promised| promised > frames as u64);
+    // The checksum is that of all samples.
+    let verified = decoder.finalize().verify_ok.filter(|_| !is_cut);
     if verified == Some(false) {
         return Err(wrong(
             "samples whose checksum (MD5) is not the one in its header".into(),
@@ -112,7 +123,7 @@ pub(crate) fn parse_flac(path: &Path, bytes: &[u8]) -> Result<Flac, ReadError> {
     }
     let mut warnings = Vec::new();
     match promised {
-        Some(promised) if promised > frames as u64 => return Err(cut(frames)),
+        _ if is_cut => warnings.push(cut(frames)?),
         Some(promised) if promised < frames as u64 => {
             warnings.push(Warning::from(RecordingWarning::Guessed {
                 what: format!(

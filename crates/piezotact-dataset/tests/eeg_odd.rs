@@ -447,6 +447,68 @@ fn one_entry_that_cannot_be_read_leaves_the_others() {
     }
 }
 
+/// pyxdf reports no marker of such a stream as one: 4 events at a nominal rate of 10 kHz (pyxdf issue 34).
+#[test]
+fn markers_with_a_rate_are_markers() {
+    let mut bytes = b"XDF:".to_vec();
+    bytes.extend(header(1, 1, ["EEG", "lab", "250", "double64"]));
+    bytes.extend(header(2, 1, ["Markers", "lab", "10000", "double64"]));
+    let each = (0..2500).map(|k| {
+        (
+            1000.0 + f64::from(k) / 250.0,
+            f64::from(k).to_le_bytes().to_vec(),
+        )
+    });
+    bytes.extend(samples(1, &each.collect::<Vec<_>>()));
+    let marks = [1.0, 3.0, 5.0, 9.0].map(|at| (1000.0 + at, 7.0_f64.to_le_bytes().to_vec()));
+    bytes.extend(samples(2, &marks));
+    bytes.extend([footer(1), footer(2)].concat());
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.xdf");
+    std::fs::write(&path, bytes).unwrap();
+    let read = part(&path, None);
+    assert_eq!(read.channels().len(), 1);
+    let near = |(found, wanted): (f64, f64)| (found - wanted).abs() < 1e-6;
+    assert!(
+        onsets(&read)
+            .into_iter()
+            .zip([1.0, 3.0, 5.0, 9.0])
+            .all(near)
+    );
+    assert_eq!(event_counts(&read), [("Markers2 7".to_owned(), 4)]);
+}
+
+#[test]
+fn files_of_markers_that_are_cut_are_said() {
+    let files = ["pybv_int16.vhdr", "pybv_int16.vmrk", "pybv_int16.eeg"];
+    let whole = read_eeg(&kept(files[0])).unwrap().segments[0]
+        .recording
+        .clone();
+    let (_folder, path) = copied(&files);
+    let markers = path.with_extension("vmrk");
+    let text = String::from_utf8(std::fs::read(&markers).unwrap()).unwrap();
+    let line = text.lines().rfind(|line| line.starts_with("Mk")).unwrap();
+    let position = line.split(',').nth(2).unwrap();
+    let at = text.rfind(line).unwrap() + line.find(&format!(",{position},")).unwrap();
+    // Within the position, behind it, and behind the comma: there it is whole.
+    for (more, left) in [(2, 1), (1 + position.len(), 1), (2 + position.len(), 0)] {
+        std::fs::write(&markers, &text[..at + more]).unwrap();
+        let read = &read_eeg(&path).unwrap().segments[0].recording;
+        let events = &read.annotations.events;
+        let same = events.iter().zip(&whole.annotations.events);
+        assert!(
+            same.into_iter()
+                .all(|(one, other)| one.onset_s == other.onset_s)
+        );
+        if left > 0 {
+            said(&read.about.warnings, "the file ends within `Mk");
+        }
+    }
+    std::fs::write(&markers, b"").unwrap();
+    let read = &read_eeg(&path).unwrap().segments[0].recording;
+    said(&read.about.warnings, "has no section [Marker Infos]");
+}
+
 #[test]
 fn brainvision_data_that_are_cut_are_read_in_whole_samples() {
     let files = ["pybv_int16.vhdr", "pybv_int16.vmrk", "pybv_int16.eeg"];

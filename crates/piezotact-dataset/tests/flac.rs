@@ -83,8 +83,19 @@ fn flac_is_read_as_wav_is() {
     changing.extend(&numbered(&samples, 0, 4, 1)[42..]);
     let mut damaged = whole.clone();
     damaged[100] ^= 1;
+    // Two blocks of which the second is cut, and a promise of more: whole blocks are read, and it is said.
+    let mut two = flac(&samples, 128, 0);
+    two.extend(&numbered(&samples, 0, 0, 1)[42..]);
+    for bytes in [flac(&samples, 65, 0), two[..two.len() - 9].to_vec()] {
+        let cut = read(&bytes).unwrap().recording;
+        assert_eq!(cut.channels()[0].samples, expected);
+        let said = cut.about.warnings.iter().map(ToString::to_string);
+        assert!(
+            said.into_iter()
+                .any(|said| said.contains("it was cut short"))
+        );
+    }
     for (bytes, part) in [
-        (flac(&samples, 65, 0), "64 samples of the 65"),
         (flac(&samples, 64, 4), "no block that fits its header"),
         (changing, "its rate, channels or bits change"),
         (damaged, "a FLAC file"),

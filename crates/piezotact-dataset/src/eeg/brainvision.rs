@@ -91,7 +91,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
         Some(file) => {
             let bytes = crate::input::read_input(file)
                 .map_err(|_unreadable| missing(path, "MarkerFile", file))?;
-            markers_of(&text_of(&bytes))
+            markers_of(file, &text_of(&bytes))
         }
         None => (Vec::new(), None),
     };
@@ -113,6 +113,13 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
         ));
     }
     let (parts, started_at, mut warnings) = parts_of(&markers, header.rate, points);
+    if header.points.is_none() && !header.multiplexed && header.channels.len() > 1 {
+        let what = format!(
+            "the header does not state DataPoints: the file is read as {points} whole samples of each channel, one channel after the other; if it was cut \
+             short, all channels but the first are wrong"
+        );
+        warnings.push(Warning::from(RecordingWarning::Guessed { what }));
+    }
     warnings.extend(unreadable);
     warnings.extend(cut.clone());
     warnings.extend(other_orientation(&header, &stored, points));
@@ -391,11 +398,31 @@ impl Marker {
     }
 }
 
-/// The markers of a file, and a warning about those that cannot be read.
-fn markers_of(text: &str) -> (Vec<Marker>, Option<Warning>) {
+/// The markers of `file` with `text`, and a warning about those that cannot be read.
+fn markers_of(file: &Path, text: &str) -> (Vec<Marker>, Option<Warning>) {
     let (mut markers, mut unreadable) = (Vec::new(), Vec::new());
-    for (key, entry) in section(text, "Marker Infos") {
+    let entries = section(text, "Marker Infos");
+    if entries.is_empty() && !text.contains("[Marker Infos]") {
+        let what = format!(
+            "{} has no section [Marker Infos]: it was cut short, or is no file of markers",
+            file.file_name().unwrap_or_default().to_string_lossy()
+        );
+        return (markers, Some(RecordingWarning::Guessed { what }.into()));
+    }
+    // Digits may be missing where a file ends within a position.
+    let whole = match text.ends_with(['\n', '\r']) {
+        true => entries.len(),
+        false => entries.len().saturating_sub(1),
+    };
+    for (at, (key, entry)) in entries.into_iter().enumerate() {
         match marker_of(key, entry) {
+            Ok(_) if at >= whole && entry.matches(',').count() < 3 => {
+                unreadable.push(format!(
+                    "the file ends within `{}={}`",
+                    short(key),
+                    short(entry)
+                ));
+            }
             Ok(marker) => markers.push(marker),
             Err(expected) => unreadable.push(format!(
                 "`{}={}` has no {expected}",

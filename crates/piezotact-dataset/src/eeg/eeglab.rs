@@ -303,8 +303,12 @@ fn names_of(path: &Path, fields: &Fields<'_>, channels: usize) -> Result<Vec<Str
         .collect())
 }
 
-/// The values of `field` in all elements of a structure array, whether it is one or a structure of lists.
+/// The values of `field` in all elements of a structure array, whether it is one, a structure of lists, or a list of structures.
 fn elements<'m>(value: &'m MatValue, field: &str) -> Vec<Option<&'m MatValue>> {
+    if let MatValue::Cell { values, .. } = value {
+        let own = values.iter().map(|one| elements(one, field));
+        return own.map(|of| of.first().copied().flatten()).collect();
+    }
     let MatValue::Struct {
         dims,
         fields,
@@ -433,4 +437,36 @@ fn parts_of(
         }
     }
     parts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::matlab::NumberClass;
+
+    #[test]
+    fn a_list_of_structures_is_an_array_of_them() {
+        let number = |value: f64| {
+            MatValue::Numbers(MatNumbers {
+                dims: vec![1, 1],
+                class: NumberClass::Double,
+                real: vec![value],
+                imaginary: None,
+                exact: true,
+            })
+        };
+        let event = |latency: f64| MatValue::Struct {
+            dims: vec![1, 1],
+            fields: vec!["latency".into()],
+            values: vec![number(latency)],
+            class: None,
+        };
+        let table = MatValue::Cell {
+            dims: vec![1, 3],
+            values: vec![event(251.0), number(1.0), event(1251.0)],
+        };
+        let found = elements(&table, "latency");
+        let found: Vec<Option<f64>> = found.into_iter().map(|one| one?.scalar()).collect();
+        assert_eq!(found, [Some(251.0), None, Some(1251.0)]);
+    }
 }

@@ -11,6 +11,8 @@ use crate::date_time::Stamps;
 pub(super) enum Cells {
     /// Numbers, in this part of 1.
     Numbers(f64),
+    /// Numbers of 16 bits with a binary point.
+    Halves,
     /// Whole numbers above zero.
     Unsigned,
     Moments(Moments),
@@ -57,6 +59,9 @@ impl Cells {
             (Some(LogicalType::Decimal(of)), _) if !matches!(physical, FLOAT | DOUBLE) => {
                 parts(of.scale)
             }
+            (Some(LogicalType::Float16), _) if physical == FIXED_LEN_BYTE_ARRAY => {
+                Some(Self::Halves)
+            }
             (Some(LogicalType::String), _) if physical == BYTE_ARRAY => {
                 Some(Self::Text(Stamps::default()))
             }
@@ -102,12 +107,16 @@ impl Cells {
                 let first = *moments.first.get_or_insert(value);
                 value.wrapping_sub(first) as f64 / moments.per_s as f64
             }
-            Self::Text(_) => f64::NAN,
+            Self::Text(_) | Self::Halves => f64::NAN,
         }
     }
 
     pub(super) fn bytes(&mut self, bytes: &[u8]) -> f64 {
         match self {
+            Self::Halves => match bytes {
+                [low, high] => half(u16::from_le_bytes([*low, *high])),
+                _ => f64::NAN,
+            },
             Self::Numbers(parts) if bytes.len() <= 16 => {
                 let negative = bytes.first().is_some_and(|byte| *byte >= 0x80);
                 let from = if negative { -1_i128 } else { 0 };
@@ -130,11 +139,28 @@ impl Cells {
     /// Of moments the first one; `None` in it where its day is not known.
     pub(super) fn start(self) -> Option<Option<StartTime>> {
         match self {
-            Self::Numbers(_) | Self::Unsigned => None,
+            Self::Numbers(_) | Self::Unsigned | Self::Halves => None,
             Self::Text(stamps) => Some(stamps.start(None)),
             Self::Moments(moments) => Some(moments.start()),
         }
     }
+}
+
+/// The number in 16 bits: sign, five bits of an exponent, ten of a fraction.
+///
+/// Source: IEEE 754-2019, binary16.
+fn half(bits: u16) -> f64 {
+    let (exponent, fraction) = (
+        i32::from(bits >> 10 & 0x1F),
+        f64::from(bits & 0x3FF) / 1024.0,
+    );
+    let size = match exponent {
+        0 => fraction * 2_f64.powi(-14),
+        31 if fraction == 0.0 => f64::INFINITY,
+        31 => f64::NAN,
+        _ => (1.0 + fraction) * 2_f64.powi(exponent - 15),
+    };
+    if bits >> 15 == 1 { -size } else { size }
 }
 
 impl Moments {
@@ -162,5 +188,27 @@ pub(super) fn what_is_in(column: &ColumnDescriptor) -> String {
         }
         (None, ConvertedType::NONE) => column.physical_type().to_string(),
         (None, converted) => converted.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::half;
+
+    #[test]
+    fn halves_are_those_of_numpy() {
+        // NumPy 2.4.6: numpy.float16(value).view("u2").
+        let of = [
+            (0x3555, 0.333_251_953_125),
+            (0xC500, -5.0),
+            (0x7BFF, 65_504.0),
+            (0x0001, 5.960_464_477_539_063e-8),
+            (0x0400, 6.103_515_625e-5),
+            (0x0000, 0.0),
+        ];
+        for (bits, value) in of {
+            assert_eq!(half(bits), value, "{bits:#x}");
+        }
+        assert!(half(0x7C00).is_infinite() && half(0x7E00).is_nan());
     }
 }

@@ -269,11 +269,20 @@ fn segment(
     Ok((recording, start_s))
 }
 
-/// Whether a stream holds samples of a constant rate.
+/// Whether a stream holds samples of a constant rate: markers may state one, which so few of them do not have.
 fn is_signal(stream: &XdfStream) -> bool {
+    let is_called_marker = ["Markers", "Marker", "Events"]
+        .iter()
+        .any(|kind| stream.kind.eq_ignore_ascii_case(kind));
+    let lasts_s = match stream.time_s.as_slice() {
+        [first, .., last] => last - first,
+        _ => f64::INFINITY,
+    };
+    let has_rate = 2.0 * stream.time_s.len() as f64 > stream.nominal_rate_hz * lasts_s;
     matches!(stream.values, XdfValues::Numbers(_))
         && stream.nominal_rate_hz > 0.0
         && !stream.time_s.is_empty()
+        && (has_rate || !is_called_marker)
 }
 
 /// From when to when straight lines stand in the place of samples, s, and of how many.

@@ -13,6 +13,9 @@ const AROUND_S: f64 = 5.0;
 const AROUND: (usize, usize) = (50, 5000);
 /// At least so many samples lie between two losses.
 const LEAST_BETWEEN: usize = 5;
+/// So many time stamps around a loss come earlier than the one before by this share of it, and it is none.
+const EARLY: f64 = 0.75;
+const MOST_EARLY: usize = 3;
 /// At most so many late time stamps are looked at.
 const MOST: usize = 1000;
 
@@ -65,9 +68,13 @@ pub(super) fn lost(time_s: &[f64]) -> Vec<LostBefore> {
         let shift = level(after) - level(before);
         let noise = spread(before).max(spread(after));
         let samples = shift.round();
+        // Time stamps that come early again, time after time, were late and lost nothing.
+        let around = &late[at - before.len()..at + after.len()];
+        let early = |pair: &&[f64]| pair[1] - pair[0] < -EARLY * shift;
+        let returns = around.windows(2).filter(early).count();
         // What is late for good is late by as much as the step.
         let stays = (0.5 * step..=1.5 * step + 0.5).contains(&shift);
-        if samples >= 1.0 && stays && shift > 5.0 * noise {
+        if samples >= 1.0 && stays && shift > 5.0 * noise && returns < MOST_EARLY {
             let samples = samples as usize;
             found.insert(next, LostBefore { at, samples });
         }
@@ -133,6 +140,15 @@ mod tests {
             }
         };
         check(lost(&times(100, held, |_| false)), &[]);
+        // Every second packet is late by 4 samples, or by 1; packets that are late by 10 ms on average.
+        for (packet, late_s) in [(50, 0.016), (25, 0.004), (125, 0.004), (10, 0.016)] {
+            let second = |packet: usize| late_s * (packet % 2) as f64;
+            check(lost(&times(packet, second, |_| false)), &[]);
+        }
+        let exponential = |packet: usize| -0.010 * (1.0 - hashed(packet)).ln();
+        check(lost(&times(50, exponential, |_| false)), &[]);
+        let long = |k: usize| (7000..7050).contains(&k);
+        check(lost(&times(50, exponential, long)), &[(7000, 50)]);
         // A rate that wanders.
         let slow = |k: usize| 0.3 * (k as f64 / 2000.0).sin() + 0.004 * hashed(k);
         check(lost(&times(1, slow, |_| false)), &[]);
