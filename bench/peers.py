@@ -16,7 +16,13 @@ E2   clusters over 100 times and 64 sensors of 10 people, all 512 sign flips
 W3   a drive of 10 s from its texture: inversion, 5 to 48 kHz, 24-bit WAV
 W4   30 s at 48 kHz through 4096 taps in blocks of 64 samples, as a sound device asks for them
 
-For W4 a contestant prints the time of every block of every pass instead, by the monotonic clock: clocks of CPU time are too
+W9a  a table of text of 2 min at 5 kHz, time and 4 channels
+W9b  MATLAB 5, four channels of 30 min at 5 kHz and their rate, beside the same numbers mapped into memory
+W9c  TDMS, the same
+W9d  universal file 58, binary, 4 channels of 2 min at 5 kHz
+W9e  EDF, 32 channels of 10 min at 1 kHz
+
+For W9 the result is the mean and the root mean square of each channel. For W4 a contestant prints the time of every block of every pass instead, by the monotonic clock: clocks of CPU time are too
 coarse for some microseconds. A block is in the same array before the time begins, as a sound device gives it, and what is timed is
 the one call that a user would make for it; its result is copied after the time ends, and the garbage collector of Python is off.
 """
@@ -90,6 +96,8 @@ def inputs(folder, only):
     from scipy import signal
 
     folder.mkdir(parents=True, exist_ok=True)
+    if only and all(name.startswith("W9") for name in only):
+        return files(folder)
     blocks_of_noise(folder)
     if only == ["W4"]:
         return
@@ -111,6 +119,52 @@ def inputs(folder, only):
     h = sxy / sxx
     keep(folder, "W3", texture(50_000, 3), h.real, h.imag)
     keep(folder, "W5", *an_hour_of_strokes())
+    if not only:
+        files(folder)
+
+
+def files(folder):
+    """The files of W9, each with channels whose unit the file states as far as its format does."""
+    import edfio
+    import polars as pl
+    import pyuff
+    from nptdms import ChannelObject, RootObject, TdmsWriter
+    from scipy import io
+
+    random = np.random.Generator(np.random.PCG64(9))
+    short = random.standard_normal((4, int(120 * RATE)))
+    names = ["a (m/s2)", "b (m/s2)", "c (N)", "d (N)"]
+    time = np.arange(short.shape[1]) / RATE
+    table = pl.DataFrame({"time (s)": time, **dict(zip(names, np.round(short, 9)))})
+    table.write_csv(folder / "W9a.csv")
+    long = random.standard_normal((4, int(1800 * RATE)))
+    keep(folder, "W9b", long)
+    io.savemat(folder / "W9b.mat", {"fs": RATE, **{name: long[i] for i, name in enumerate("abcd")}})
+    step = dict(wf_increment=1 / RATE, wf_samples=1, wf_start_offset=0.0)
+    channels = [
+        ChannelObject("group", name, data, properties=dict(unit_string=unit, **step))
+        for name, unit, data in zip("abcd", ["m/s^2", "m/s^2", "N", "N"], long)
+    ]
+    with TdmsWriter(folder / "W9c.tdms") as writer:
+        # As an instrument writes: a segment each 10 s.
+        block = int(10 * RATE)
+        for at in range(0, long.shape[1], block):
+            some = [ChannelObject(c.group, c.channel, c.data[at : at + block], c.properties if at == 0 else {}) for c in channels]
+            writer.write_segment([RootObject({}), *some])
+    (folder / "W9d.uff").unlink(missing_ok=True)
+    universal = pyuff.UFF(str(folder / "W9d.uff"))
+    for i in range(4):
+        universal.write_sets(
+            pyuff.prepare_58(
+                binary=1, func_type=1, rsp_node=i + 1, rsp_dir=3, data=short[i], x=time, id1=f"channel {i}", abscissa_inc=1 / RATE,
+                abscissa_spacing=1, abscissa_min=0.0, num_pts=len(time), ord_data_type=4, ordinate_spec_data_type=12,
+                abscissa_spec_data_type=17, return_full_dict=True,
+            ),
+            "add",
+        )
+    head = np.round(100 * random.standard_normal((32, 600_000)), 1)
+    signals = [edfio.EdfSignal(head[i], 1000, label=f"EEG {i}", physical_dimension="uV", physical_range=(-800, 800)) for i in range(32)]
+    edfio.Edf(signals).write(folder / "W9e.edf")
 
 
 def an_hour_of_strokes():
@@ -436,7 +490,75 @@ def e2_mne(folder):
     return people.nbytes, run
 
 
+def figures(channels):
+    """The mean and the root mean square of each channel."""
+    return np.array([value for one in channels for value in (one.mean(), np.sqrt(np.mean(one**2)))])
+
+
+def w9a_polars(folder):
+    import polars as pl
+
+    def run():
+        table = pl.read_csv(folder / "W9a.csv")
+        return figures([table[name].to_numpy() for name in table.columns[1:]])
+
+    return 5 * 8 * int(120 * RATE), run
+
+
+def w9b_mapped(folder):
+    def run():
+        mapped = np.memmap(folder / "W9b.f64", dtype=float, mode="r").reshape(4, -1)
+        return figures([np.array(one) for one in mapped])
+
+    return 4 * 8 * int(1800 * RATE), run
+
+
+def w9b_scipy(folder):
+    from scipy import io
+
+    def run():
+        read = io.loadmat(folder / "W9b.mat")
+        return figures([read[name].ravel() for name in "abcd"])
+
+    return 4 * 8 * int(1800 * RATE), run
+
+
+def w9c_nptdms(folder):
+    from nptdms import TdmsFile
+
+    def run():
+        read = TdmsFile.read(folder / "W9c.tdms")["group"]
+        return figures([read[name][:] for name in "abcd"])
+
+    return 4 * 8 * int(1800 * RATE), run
+
+
+def w9d_pyuff(folder):
+    import pyuff
+
+    def run():
+        return figures([one["data"] for one in pyuff.UFF(str(folder / "W9d.uff")).read_sets()])
+
+    return 4 * 8 * int(120 * RATE), run
+
+
+def w9e_edfio(folder):
+    import edfio
+
+    def run():
+        return figures([1e-6 * one.data for one in edfio.read_edf(folder / "W9e.edf").signals])
+
+    return 32 * 8 * 600_000, run
+
+
 CONTESTANTS = {
+    "W9a-polars": w9a_polars,
+    "W9b-mapped": w9b_mapped,
+    "W9b-scipy": w9b_scipy,
+    "W9c-mapped": w9b_mapped,
+    "W9c-nptdms": w9c_nptdms,
+    "W9d-pyuff": w9d_pyuff,
+    "W9e-edfio": w9e_edfio,
     "E1-mne": e1_mne,
     "E2-mne": e2_mne,
     "W1a-scipy": w1a_scipy,

@@ -35,7 +35,7 @@ enum Agreement {
     OfLargest(f64),
 }
 
-const WORKS: [Work; 12] = [
+const WORKS: [Work; 17] = [
     Work {
         name: "W1a",
         what: "Welch PSD, one channel of 10 min at 5 kHz",
@@ -122,6 +122,51 @@ const WORKS: [Work; 12] = [
         one_core: None,
     },
     Work {
+        name: "W9a",
+        what: "a table of text, time and 4 channels of 2 min at 5 kHz",
+        repetitions: 3,
+        agreement: Agreement::Relative(1e-9),
+        peers: &[("polars", 1.0)],
+        real_time: None,
+        one_core: None,
+    },
+    Work {
+        name: "W9b",
+        what: "MATLAB 5, 4 channels of 30 min at 5 kHz",
+        repetitions: 5,
+        agreement: Agreement::Relative(1e-9),
+        peers: &[("mapped", 0.83), ("scipy", 1.0)],
+        real_time: None,
+        one_core: None,
+    },
+    Work {
+        name: "W9c",
+        what: "TDMS, the same channels",
+        repetitions: 5,
+        agreement: Agreement::Relative(1e-9),
+        peers: &[("mapped", 0.83), ("nptdms", 1.0)],
+        real_time: None,
+        one_core: None,
+    },
+    Work {
+        name: "W9d",
+        what: "universal file 58, binary, 4 channels of 2 min at 5 kHz",
+        repetitions: 5,
+        agreement: Agreement::Relative(1e-9),
+        peers: &[("pyuff", 4.0)],
+        real_time: None,
+        one_core: None,
+    },
+    Work {
+        name: "W9e",
+        what: "EDF, 32 channels of 10 min at 1 kHz",
+        repetitions: 5,
+        agreement: Agreement::Relative(1e-9),
+        peers: &[("edfio", 2.0)],
+        real_time: None,
+        one_core: None,
+    },
+    Work {
         name: "E1",
         what: "power of 100 single trials, 64 channels of 2 s at 1 kHz: Morlet at 37 frequencies, two windows",
         repetitions: 1,
@@ -192,7 +237,7 @@ pub(crate) fn run(python: &str, only: &[&str]) -> Result<()> {
         say(&missed);
         return Ok(());
     }
-    let folder = inputs(python, &script, &[])?;
+    let folder = inputs(python, &script, only)?;
     println!(
         "CPU time on one core, or wall time where it says so, {ROUNDS} turns each, median (quartiles); ratio = peer's median / ours, or what is made over the time it takes\n"
     );

@@ -2,6 +2,7 @@
 
 mod blocks;
 mod eeg;
+mod files;
 
 use std::path::Path;
 use std::time::Instant;
@@ -52,6 +53,11 @@ pub(crate) fn run(name: &str, folder: &Path, repetitions: usize) -> Result<()> {
         "W5" => w5(folder, Judging::ContactOnly)?,
         "W5j" => w5(folder, Judging::Sliding)?,
         "W6" => w6(folder)?,
+        "W9a" => files::recording(folder, "W9a.csv")?,
+        "W9b" => files::recording(folder, "W9b.mat")?,
+        "W9c" => files::recording(folder, "W9c.tdms")?,
+        "W9d" => files::recording(folder, "W9d.uff")?,
+        "W9e" => files::eeg(folder, "W9e.edf")?,
         "E1" => eeg::e1(folder)?,
         "E2" => eeg::e2(folder)?,
         "T1" => t1()?,
