@@ -153,15 +153,9 @@ def files(folder):
             writer.write_segment([RootObject({}), *some])
     (folder / "W9d.uff").unlink(missing_ok=True)
     universal = pyuff.UFF(str(folder / "W9d.uff"))
-    for i in range(4):
-        universal.write_sets(
-            pyuff.prepare_58(
-                binary=1, func_type=1, rsp_node=i + 1, rsp_dir=3, data=short[i], x=time, id1=f"channel {i}", abscissa_inc=1 / RATE,
-                abscissa_spacing=1, abscissa_min=0.0, num_pts=len(time), ord_data_type=4, ordinate_spec_data_type=12,
-                abscissa_spec_data_type=17, return_full_dict=True,
-            ),
-            "add",
-        )
+    common = {"type": 58, "binary": 1, "func_type": 1, "x": time, "abscissa_spacing": 1, "abscissa_spec_data_type": 17}
+    common |= {"ordinate_spec_data_type": 12, "ordinate_axis_units_lab": "m/s^2", "rsp_dir": 3, "ref_node": 0, "ref_dir": 0, "orddenom_spec_data_type": 0}
+    universal.write_sets([common | {"rsp_node": i + 1, "data": short[i]} for i in range(4)], mode="add")
     head = np.round(100 * random.standard_normal((32, 600_000)), 1)
     signals = [edfio.EdfSignal(head[i], 1000, label=f"EEG {i}", physical_dimension="uV", physical_range=(-800, 800)) for i in range(32)]
     edfio.Edf(signals).write(folder / "W9e.edf")
