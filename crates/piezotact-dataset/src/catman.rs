@@ -203,7 +203,7 @@ pub(crate) fn parse_catman(
             _ if values.is_empty() => left_out.push(format!("`{}` (no samples)", header.name)),
             0 => {
                 let found = rate_of_step(path, 1e-3 * header.step_ms).map(TimeBase::even);
-                let base = choose_base(path, options.rate, Some(found), &mut warnings)?;
+                let base = choose_base(path, options, Some(found), &mut warnings)?;
                 bases.push((base, Seconds(0.0)));
                 began = began.or_else(|| start_time(header.began_day));
                 let column = Column {

@@ -10,10 +10,14 @@ use piezotact::recording::{
     Channel, Clock, Condition, Provenance, Recording, RecordingWarning, StartTime,
 };
 
+use piezotact::roles::is_force_name;
+
 use crate::error::ReadError;
 use crate::open::ReadOptions;
 use crate::sidecar::measure_or_unit;
-use crate::time_column::{TimeBase, base_beside, base_of, choose_base, is_time, most_repeated};
+use crate::time_column::{
+    TimeBase, base_beside, base_of, choose_base, is_time, most_repeated, state_unit,
+};
 
 /// Units at the end of a name, as Python writes them; a longer ending stands before one that it ends in.
 const ENDINGS: [(&str, &str); 14] = [
@@ -110,8 +114,9 @@ impl Table {
         path: &Path,
         options: &ReadOptions,
     ) -> Result<Recording, ReadError> {
+        let mut options = options.clone();
         let named = self.columns.iter().position(|column| is_time(&column.name));
-        let time = named.or(self.moments).map(|at| {
+        let mut time = named.or(self.moments).map(|at| {
             self.warnings
                 .extend(without_copied_rows(&mut self.columns, at));
             let time = self.columns[at].clone();
@@ -123,6 +128,9 @@ impl Table {
             });
             time
         });
+        if let Some(time) = &mut time {
+            state_unit(path, time, &mut options.units)?;
+        }
         let mut of_time = Vec::new();
         let found = match (&time, &self.stated) {
             (Some(time), Some((line, rate))) => {
@@ -136,12 +144,13 @@ impl Table {
             }
             (None, None) => None,
         };
-        let base = choose_base(path, options.rate, found, &mut of_time)?;
+        let base = choose_base(path, &options, found, &mut of_time)?;
         self.warnings.append(&mut of_time);
         let unnamed = WithoutUnit::HeaderCan;
         let mut recording =
-            recording_of(path, self.columns, &base, self.warnings, options, unnamed)?;
-        recording.annotations.started_at = self.started_at;
+            recording_of(path, self.columns, &base, self.warnings, &options, unnamed)?;
+        let started_at = self.started_at;
+        recording.annotations.started_at = started_at.map(|at| at.later(Seconds(base.offset_s)));
         Ok(recording)
     }
 }
@@ -210,7 +219,7 @@ pub(crate) fn recording_of_bases(
         .collect();
     let first_s = bases
         .iter()
-        .map(|(_, start)| start.0)
+        .map(|(base, start)| start.0 + base.offset_s)
         .fold(f64::INFINITY, f64::min);
     let mut lost_s = Vec::new();
     let counts = match unnamed {
@@ -219,9 +228,10 @@ pub(crate) fn recording_of_bases(
     };
     for (column, number) in columns {
         let (base, start_s) = &bases[number];
+        let start_s = Seconds(start_s.0 + base.offset_s);
         let clock = Clock {
             rate_hz: base.rate,
-            start_s: *start_s,
+            start_s,
         };
         let own = column
             .unit
@@ -257,6 +267,7 @@ pub(crate) fn recording_of_bases(
             }
         };
         let mut samples = column.values;
+        base.cut(&mut samples);
         if let Some((code, spans)) = without_codes(&mut samples) {
             let at_s = |row: usize| start_s.0 - first_s + base.time_of(row);
             let lost = spans.iter().map(|span| [at_s(span.start), at_s(span.end)]);
@@ -337,9 +348,18 @@ pub(crate) fn recording_of_bases(
     let losses = &mut recording.about.provenance.losses;
     losses.stretches_s.append(&mut lost_s);
     for (base, start) in bases {
-        base.note(&mut recording, start.0 - first_s);
+        base.note(&mut recording, start.0 + base.offset_s - first_s);
     }
     Ok(recording)
+}
+
+/// How long after the start of the file its part begins that is read.
+pub(crate) fn start_of_part(bases: &[(TimeBase, Seconds)]) -> Seconds {
+    let first = |of: &dyn Fn(&(TimeBase, Seconds)) -> f64| {
+        bases.iter().map(of).fold(f64::INFINITY, f64::min)
+    };
+    let later = first(&|(base, start)| start.0 + base.offset_s) - first(&|(_, start)| start.0);
+    Seconds(if later.is_finite() { later } else { 0.0 })
 }
 
 fn unit_differs(path: &Path, name: &str, own: &Unit, stated: &Unit) -> ReadError {
@@ -377,26 +397,9 @@ fn quantity_of(name: &str) -> Option<Unit> {
         .chars()
         .filter(|c| c.is_alphanumeric())
         .collect();
-    let of_force = [
-        "",
-        "x",
-        "y",
-        "z",
-        "n",
-        "t",
-        "normal",
-        "tangential",
-        "shear",
-        "friction",
-        "contact",
-        "grip",
-    ];
-    let rest = plain.replacen("force", "", 1);
-    let is_force = plain.contains("force") && of_force.contains(&rest.as_str());
     let is_torque = plain.contains("torque") || plain.contains("moment");
     match plain.as_str() {
-        "fx" | "fy" | "fz" | "fn" | "ft" => Some(Unit::Newton),
-        _ if is_force => Some(Unit::Newton),
+        _ if is_force_name(name) => Some(Unit::Newton),
         "tx" | "ty" | "tz" | "mx" | "my" | "mz" => Some(Unit::Other("Nm".into())),
         _ if is_torque => Some(Unit::Other("Nm".into())),
         _ if plain.starts_with("acc") => Some(Unit::MetrePerSecondSquared),

@@ -20,6 +20,8 @@ use layout::{Layout, layout, rate_in, start_in};
 
 /// More columns than this are no channels: samples stand in rows.
 const MOST_COLUMNS: usize = 4096;
+/// In a table of fewer rows a last line without an end was typed, not cut.
+const FEW_ROWS: usize = 10;
 
 /// Reads a table; the rate comes from `options`, or else from its time column, and what 1 stands for in a
 /// channel that names no unit may come from `options` too.
@@ -57,9 +59,11 @@ pub(crate) fn read_table(
             "export the table without separators of thousands, or with another number of decimals",
         )
     })?;
-    let mut rows = records()
-        .enumerate()
-        .filter(|(_, row)| !row.as_ref().is_ok_and(|row| row.iter().all(str::is_empty)));
+    let rows = records().enumerate();
+    let is_empty = |row: &csv::StringRecord| row.iter().all(str::is_empty);
+    let mut rows = rows
+        .filter(|(_, row)| !row.as_ref().is_ok_and(is_empty))
+        .peekable();
     let number = |cell: &str| match signs {
         Some(signs) => signs.number(cell),
         None => cell.parse().ok(),
@@ -80,7 +84,9 @@ pub(crate) fn read_table(
     let mut cells_of = Vec::new();
     let mut second = true;
     let mut last_row = lines_above + 1;
-    for (at, row) in rows {
+    let has_end = text.ends_with(['\n', '\r']);
+    let mut decimals = Vec::<usize>::new();
+    while let Some((at, row)) = rows.next() {
         let line = at + 1 + lines_above;
         let row =
             row.map_err(|error| wrong("rows of numbers", error.to_string(), "repair the file"))?;
@@ -100,6 +106,22 @@ pub(crate) fn read_table(
             }
             continue;
         }
+        let count = columns.first().map_or(0, |column| column.values.len());
+        if !has_end && rows.peek().is_none() && count >= FEW_ROWS {
+            // Where every number has as many decimals, this one is whole.
+            let is_whole = cells.len() == width
+                && cells
+                    .last()
+                    .and_then(|cell| decimals_of(cell))
+                    .is_some_and(|own| decimals == [own]);
+            if !is_whole {
+                let what = format!(
+                    "the file is truncated: row {line} has no end of line, its last number may be cut, and it was left out"
+                );
+                warnings.push(Warning::from(RecordingWarning::Guessed { what }));
+                break;
+            }
+        }
         if cells.len() < width {
             return Err(wrong(
                 &format!("{width} columns in every row"),
@@ -118,6 +140,10 @@ pub(crate) fn read_table(
             };
             let value = value.ok_or_else(|| no_number(path, column, cell, line))?;
             column.values.push(value);
+        }
+        let own = cells.last().and_then(|cell| decimals_of(cell)).unwrap_or(0);
+        if decimals.len() < 2 && !decimals.contains(&own) {
+            decimals.push(own);
         }
         last_row = line;
     }
@@ -150,6 +176,11 @@ pub(crate) fn read_table(
         }
     }
     table.recording(path, options)
+}
+
+/// How many letters follow the decimal sign of a number.
+fn decimals_of(cell: &str) -> Option<usize> {
+    Some(cell.len() - cell.rfind(['.', ','])?)
 }
 
 /// What the cells of a column are, by its first row.

@@ -36,6 +36,7 @@ pub mod reads;
 mod recording_file;
 mod sample_set;
 pub mod sidecar;
+mod stated_rate;
 mod stored;
 pub mod tdms;
 mod text;

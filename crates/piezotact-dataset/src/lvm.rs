@@ -9,11 +9,11 @@ use piezotact::Warning;
 use piezotact::quantity::Seconds;
 use piezotact::recording::{Recording, StartTime};
 
-use crate::columns::{Column, WithoutUnit, recording_of_bases};
+use crate::columns::{Column, WithoutUnit, recording_of_bases, start_of_part};
 use crate::error::ReadError;
 use crate::open::ReadOptions;
 use crate::text::text_of;
-use crate::time_column::{MOST_MISSING, TimeBase, base_of, choose_base, rate_of_step};
+use crate::time_column::{LONGEST_PAUSE, TimeBase, base_of, choose_base, rate_of_step};
 
 const MAGIC: &str = "LabVIEW Measurement";
 const END: &str = "***End_of_Header***";
@@ -54,14 +54,6 @@ struct Segment {
     joined: bool,
     /// Rows before which samples are missing, and how many: between segments.
     gaps: Vec<(usize, usize)>,
-}
-
-impl Segment {
-    /// Whether so many samples may be missing before so many rows more.
-    fn can_miss(&self, samples: f64, more: usize) -> bool {
-        let missing: usize = self.gaps.iter().map(|(_, count)| count).sum();
-        samples + missing as f64 <= MOST_MISSING * (self.rows + more) as f64
-    }
 }
 
 /// Reads a measurement file. All rows are read, whatever number of samples the header promises; where the two differ,
@@ -366,7 +358,7 @@ fn join(
         }
         match gap {
             Some(samples) if samples.abs() <= 0.5 => {}
-            Some(samples) if samples > 0.0 && whole.can_miss(samples, next.rows) => {
+            Some(samples) if samples > 0.0 && samples <= LONGEST_PAUSE => {
                 whole.gaps.push((whole.rows, samples.round() as usize));
             }
             Some(samples) => return Err(differs(format!("a gap of {samples:.1} samples"))),
@@ -489,11 +481,11 @@ fn assemble(
             (_, Some((step, written))) if step > 0.0 => {
                 of_rate.extend(coarse(step, &written));
                 let rate = rate_of_step(path, step);
-                Some(rate.map(|rate| TimeBase::with_gaps(rate, gaps.clone())))
+                Some(rate.map(|rate| TimeBase::with_gaps(rate, gaps.clone(), rows)))
             }
             _ => None,
         };
-        let base = choose_base(path, options.rate, found, &mut of_rate)?;
+        let base = choose_base(path, options, found, &mut of_rate)?;
         let number = bases.len();
         bases.push((base, Seconds(start_s)));
         columns.extend(group.columns.into_iter().map(|column| (column, number)));
@@ -508,6 +500,7 @@ fn assemble(
         WithoutUnit::OnlyScale { counts: &[] },
     )?;
     let begins_first = recording.clocks()[0].start_s.0 <= 0.0;
+    let started_at = started_at.map(|at| at.later(start_of_part(&bases)));
     recording.annotations.started_at = started_at.filter(|_| begins_first);
     Ok(recording)
 }

@@ -130,6 +130,9 @@ static RECORDINGS: &[Format<FileKind, Reader>] = &[
                 let read = |options: &ReadOptions| Ok(read_parquet(path, options)?.recording);
                 return completed(path, options, read);
             }
+            if let Some(part) = options.part.filter(|part| *part != 1) {
+                return Err(no_part(path, part, 1));
+            }
             let mut stored = read_parquet(path, options)?;
             let unread = beside::unread(path, FileKind::PARQUET);
             stored.recording.about.warnings.extend(unread);
@@ -374,7 +377,11 @@ pub fn read_recording(path: &Path, options: &ReadOptions) -> Result<Contents, Re
         return Err(none(&file, "a binary file of an unknown kind", todo));
     };
     let mut stored = (format.read)(&mut file, options)?;
-    let has_parts = ["vhdr", "edf", "xdf", "set"].contains(format.endings.first().unwrap_or(&""));
+    // The others are sampled evenly without a pause.
+    let has_parts = [
+        "vhdr", "edf", "xdf", "set", "csv", "lvm", "uff", "mat", "npy", "bin", "tdms", "parquet",
+    ]
+    .contains(format.endings.first().unwrap_or(&""));
     if let Some(part) = options.part.filter(|part| *part != 1 && !has_parts) {
         return Err(no_part(path, part, 1));
     }

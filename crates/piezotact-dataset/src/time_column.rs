@@ -1,6 +1,8 @@
 //! Time columns, whatever file holds them: the rate that they stand for, the samples that are missing in them, and how far their
 //! time stamps lie from the even grid on which the samples are read.
 
+use std::collections::BTreeMap;
+use std::ops::{Range, RangeInclusive};
 use std::path::Path;
 
 use piezotact::Warning;
@@ -12,6 +14,7 @@ use piezotact::statistics::median;
 
 use crate::columns::Column;
 use crate::error::ReadError;
+use crate::open::{ReadOptions, no_part};
 use grid::Rows;
 
 mod grid;
@@ -32,8 +35,16 @@ const MOST_REPEATED: f64 = 1e-3;
 const EVEN: f64 = 0.01;
 /// A step that differs by more than this share from the usual one is no jitter in any file.
 const GAP: f64 = 0.25;
-/// Missing samples up to this share of those that are there are filled.
-pub(crate) const MOST_MISSING: f64 = 0.5;
+/// Missing samples between two time stamps up to this number are filled; more are a pause between two parts.
+const MOST_FILLED: usize = 10;
+/// More than this share of those that are there is not filled.
+const MOST_MISSING: f64 = 0.5;
+/// More missing samples than this are no pause, but a wrong clock.
+pub(crate) const LONGEST_PAUSE: f64 = 1e9;
+/// The times of the years 2001 to 2100, s since 1970.
+const UNIX_S: RangeInclusive<f64> = 1e9..=4.1e9;
+/// Whole numbers without a unit that step by more than 1 and at most this are milliseconds.
+const MOST_MS: f64 = 100.0;
 /// How far a rate from rounded time stamps may lie from a whole number to be taken for it.
 const ROUNDED: f64 = 2e-6;
 /// The rate that a file states and that of its times may differ by this share: times in single precision do.
@@ -67,21 +78,95 @@ pub(crate) struct TimeBase {
     /// The largest distance of a time stamp from the grid, in samples.
     residual: f64,
     rows: usize,
+    /// The rows of the part that is read; all of them where there is one.
+    span: Option<Range<usize>>,
+    /// The time of the first row of that part, s since the first of all.
+    pub(crate) offset_s: f64,
 }
 
 impl TimeBase {
     /// Rows without a gap.
     pub(crate) fn even(rate: SampleRate) -> Self {
-        Self::with_gaps(rate, Vec::new())
+        Self::with_gaps(rate, Vec::new(), 0)
     }
 
-    /// Rows before some of which samples are missing, so many of each.
-    pub(crate) fn with_gaps(rate: SampleRate, gaps: Vec<(usize, usize)>) -> Self {
+    /// So many rows, before some of which samples are missing, so many of each.
+    pub(crate) fn with_gaps(rate: SampleRate, gaps: Vec<(usize, usize)>, rows: usize) -> Self {
         Self {
             rate,
+            rows: if gaps.is_empty() { 0 } else { rows },
             gaps,
             residual: 0.0,
-            rows: 0,
+            span: None,
+            offset_s: 0.0,
+        }
+    }
+
+    /// The first rows of the parts.
+    fn starts(&self) -> Vec<usize> {
+        let short = self.gaps.iter().filter(|(_, count)| *count <= MOST_FILLED);
+        let filled: usize = short.map(|(_, count)| count).sum();
+        let most = match filled as f64 > MOST_MISSING * self.rows as f64 {
+            true => 0,
+            false => MOST_FILLED,
+        };
+        let pauses = self.gaps.iter().filter(|(_, count)| *count > most);
+        let later = pauses.map(|(row, _)| *row);
+        std::iter::once(0).chain(later).collect()
+    }
+
+    /// How many parts lie between pauses.
+    pub(crate) fn parts(&self) -> usize {
+        self.starts().len()
+    }
+
+    /// The part of this number, the first where none is given, with a warning: parts lie between pauses of more than
+    /// [`MOST_FILLED`] samples.
+    fn part(
+        mut self,
+        path: &Path,
+        part: Option<usize>,
+        rows: usize,
+        warnings: &mut Vec<Warning>,
+    ) -> Result<Self, ReadError> {
+        let starts = self.starts();
+        let number = part.unwrap_or(1);
+        let Some(start) = number.checked_sub(1).and_then(|at| starts.get(at).copied()) else {
+            return Err(no_part(path, number, starts.len()));
+        };
+        if starts.len() == 1 {
+            return Ok(self);
+        }
+        let ends = |at: usize| starts.get(at + 1).copied().unwrap_or(rows);
+        let lasts_s = |from: usize, end: usize| {
+            self.time_of(end - 1) - self.time_of(from) + 1.0 / self.rate.hz()
+        };
+        let end = ends(number - 1);
+        if part.is_none() {
+            let all = starts
+                .iter()
+                .enumerate()
+                .map(|(at, from)| lasts_s(*from, ends(at)));
+            warnings.push(Warning::from(RecordingWarning::OneSegment {
+                count: starts.len(),
+                lasts_s: lasts_s(start, end),
+                all_s: all.sum(),
+            }));
+        }
+        self.offset_s = self.time_of(start);
+        self.gaps.retain(|(row, _)| start < *row && *row < end);
+        for (row, _) in &mut self.gaps {
+            *row -= start;
+        }
+        self.span = Some(start..end);
+        Ok(self)
+    }
+
+    /// Leaves the samples of the part that is read.
+    pub(crate) fn cut(&self, samples: &mut Vec<f64>) {
+        if let Some(span) = &self.span {
+            samples.truncate(span.end);
+            samples.drain(..span.start.min(samples.len()));
         }
     }
 
@@ -137,7 +222,7 @@ impl TimeBase {
             .about
             .warnings
             .push(Warning::from(RecordingWarning::SamplesLost {
-                by: LostBy::Device {
+                by: LostBy::Stamps {
                     gaps: self.gaps.len(),
                     samples: self.missing() as u64,
                     longest_s: self.rate.duration_of(longest.unwrap_or(0)).0,
@@ -158,13 +243,15 @@ impl TimeBase {
 }
 
 /// The rate that is stated, or else the grid that was found; a warning where they differ.
+///
+/// Of a recording with pauses it is the part that `options` ask for.
 pub(crate) fn choose_base(
     path: &Path,
-    stated: Option<SampleRate>,
+    options: &ReadOptions,
     found: Option<Result<TimeBase, ReadError>>,
     warnings: &mut Vec<Warning>,
 ) -> Result<TimeBase, ReadError> {
-    match (stated, found) {
+    let base = match (options.rate, found) {
         (Some(stated), found) => {
             // Warnings about time stamps that are not used are irrelevant.
             warnings.clear();
@@ -200,7 +287,9 @@ pub(crate) fn choose_base(
             "neither",
             "give the rate with --rate, for example --rate 5000",
         )),
-    }
+    }?;
+    let rows = base.rows;
+    base.part(path, options.part, rows, warnings)
 }
 
 /// The grid of a file that states a rate beside its times: at that rate where the times agree with it, with a warning at that of the
@@ -212,13 +301,17 @@ pub(crate) fn base_beside(
     warnings: &mut Vec<Warning>,
 ) -> TimeBase {
     let mut of_time = Vec::new();
-    let said = match base_of(path, time, &mut of_time) {
+    // Time without a unit may be in s, ms, µs or ns: the one that agrees is meant.
+    let units: &[f64] = match time.unit {
+        None => &[1.0, 1e3, 1e6, 1e9],
+        Some(_) => &[1.0],
+    };
+    let in_seconds = Column {
+        unit: time.unit.clone().or(Some("s".into())),
+        ..time.clone()
+    };
+    let said = match base_of(path, &in_seconds, &mut of_time) {
         Ok(found) => {
-            // Time without a unit may be in s, ms or µs: the one that agrees is meant.
-            let units: &[f64] = match time.unit {
-                None => &[1.0, 1e3, 1e6, 1e-3],
-                Some(_) => &[1.0],
-            };
             let ratio = found.rate.hz() / stated.hz();
             let agrees = |unit: &&f64| (ratio * **unit - 1.0).abs() <= SAME_RATE;
             match units.iter().find(agrees) {
@@ -313,14 +406,8 @@ pub(crate) fn base_of(
     if grid.gaps.is_empty() && repeated.is_empty() && grid.residual > FAR {
         grid = rows.even();
     }
-    let most = times.len() as f64 * MOST_MISSING;
-    if let Some((row, _)) = grid.gaps.iter().max_by_key(|(_, count)| *count)
-        && grid
-            .gaps
-            .iter()
-            .map(|(_, count)| *count as f64)
-            .sum::<f64>()
-            > most
+    if let Some((row, longest)) = grid.gaps.iter().max_by_key(|(_, count)| *count)
+        && *longest as f64 > LONGEST_PAUSE
     {
         return Err(broken(path, time, usual, row - 1));
     }
@@ -356,6 +443,8 @@ pub(crate) fn base_of(
         gaps: grid.gaps,
         residual: grid.residual,
         rows: times.len(),
+        span: None,
+        offset_s: 0.0,
     })
 }
 
@@ -410,41 +499,87 @@ fn repeated_stamps(path: &Path, time: &Column, steps: &[f64]) -> Result<Vec<usiz
     Ok(repeated)
 }
 
-/// What 1 in a time column is in s: by its unit, or else guessed from its `mean` step.
+/// Gives a time column the unit that is stated of it in `units`, and takes it out there.
+pub(crate) fn state_unit(
+    path: &Path,
+    time: &mut Column,
+    units: &mut BTreeMap<String, String>,
+) -> Result<(), ReadError> {
+    let Some(stated) = units.remove(&time.name) else {
+        return Ok(());
+    };
+    match &time.unit {
+        Some(own) if Unit::parse(own) != Unit::parse(&stated) => Err(ReadError::content(
+            path,
+            format!("the unit of `{}` as the file states it, {own}", time.name),
+            stated,
+            "correct the one that is wrong",
+        )),
+        _ => {
+            time.unit = Some(stated);
+            Ok(())
+        }
+    }
+}
+
+/// What 1 in a time column is in s: by its unit, or else guessed from its `mean` step, and from its first and last number where they
+/// are a time since 1970.
 fn seconds_per_unit(
     path: &Path,
     time: &Column,
     mean: f64,
     warnings: &mut Vec<Warning>,
 ) -> Result<f64, ReadError> {
-    Ok(match time.unit.as_deref().map(Unit::parse) {
-        Some((Unit::Second, factor)) => factor,
+    let name = &time.name;
+    match time.unit.as_deref().map(Unit::parse) {
+        Some((Unit::Second, factor)) => return Ok(factor),
         Some((unit, _)) if unit != Unit::Other(String::new()) => {
             return Err(ReadError::content(
                 path,
-                format!("`{}` in s, ms or µs", time.name),
+                format!("`{name}` in s, ms, µs or ns"),
                 unit.symbol().to_owned(),
                 "correct its unit, or give --rate",
             ));
         }
-        _ => {
-            // Whole numbers that step by more than one are milliseconds; anything else is seconds.
-            let whole = time.values.iter().all(|t| t.fract() == 0.0) && mean > 1.0;
-            let (unit, factor) = if whole {
-                ("milliseconds", 1e-3)
-            } else {
-                ("seconds", 1.0)
-            };
-            warnings.push(Warning::from(RecordingWarning::Guessed {
-                what: format!(
-                    "`{}` has no unit and is read as {unit} (mean step {})",
-                    time.name,
+        _ => {}
+    }
+    let (first, last) = (time.values.first(), time.values.last());
+    let since_1970 = |factor: f64| {
+        let mut ends = first.into_iter().chain(last);
+        ends.all(|time| UNIX_S.contains(&(time * factor)))
+    };
+    let unix = [
+        ("milliseconds since 1970", 1e-3),
+        ("microseconds since 1970", 1e-6),
+        ("nanoseconds since 1970", 1e-9),
+    ];
+    // Other whole numbers that step by more than one are milliseconds, where that makes a rate that is usual; anything else is seconds.
+    let whole = time.values.iter().all(|t| t.fract() == 0.0) && mean > 1.0;
+    let (unit, factor) = match unix.into_iter().find(|(_, factor)| since_1970(*factor)) {
+        Some(unix) => unix,
+        None if whole && mean > MOST_MS => {
+            return Err(ReadError::content(
+                path,
+                format!(
+                    "the unit of `{name}`, whose whole numbers step by {}",
                     digits(mean)
                 ),
-            }));
-            factor
+                "none: they may be milliseconds, microseconds or nanoseconds",
+                format!(
+                    "write it into its name, as in `{name} (us)`, or state it with --scale \"{name}=us\""
+                ),
+            ));
         }
-    })
+        None if whole => ("milliseconds", 1e-3),
+        None => ("seconds", 1.0),
+    };
+    warnings.push(Warning::from(RecordingWarning::Guessed {
+        what: format!(
+            "`{name}` has no unit and is read as {unit} (mean step {}; another unit: --scale \"{name}=ms\")",
+            digits(mean)
+        ),
+    }));
+    Ok(factor)
 }
 
 /// The times with those that repeat the one before in place of their own put back between their neighbours: a double step is beside

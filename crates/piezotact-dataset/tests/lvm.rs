@@ -192,16 +192,22 @@ fn segments_join_where_nothing_is_missing() {
         let start = read.annotations.started_at.map(|time| time.to_string());
         assert_eq!(start.as_deref(), Some("2024-01-01T10:00:00.5"));
     }
-    // Samples that are missing between segments are lost ones, unless they are more than half of those that are there.
+    // Samples that are missing between segments are lost ones, unless they are more than half of those that are there: a pause.
     let paused = plain(&file("10:00:02,5", "0,0")).unwrap();
     assert_eq!(paused.channels()[0].samples.len(), 6);
     assert_eq!(paused.channels()[0].samples[4..], [3.5, 4.5]);
     assert_eq!(paused.about.provenance.losses.stretches_s, [[1.0, 2.0]]);
-    let refused = plain(&file("10:00:05,5", "0,0")).unwrap_err().to_string();
-    assert!(
-        refused.contains("a gap of 8.0 samples in segment 2"),
-        "{refused}"
-    );
+    let paused = plain(&file("10:00:05,5", "0,0")).unwrap();
+    assert_eq!(paused.channels()[0].samples, [1.5, 2.5]);
+    assert!(warnings(&paused).contains("2 parts"));
+    let second = ReadOptions {
+        part: Some(2),
+        ..ReadOptions::default()
+    };
+    let second = read(file("10:00:05,5", "0,0").as_bytes(), &second).unwrap();
+    assert_eq!(second.channels()[0].samples, [3.5, 4.5]);
+    let start = second.annotations.started_at.map(|time| time.to_string());
+    assert_eq!(start.as_deref(), Some("2024-01-01T10:00:05.5"));
     // One scale for channels that name no unit.
     let scaled = ReadOptions {
         scale: Some("2 g".parse::<Measure>().unwrap()),

@@ -326,6 +326,51 @@ fn each_channel_of_dewesoft_has_its_own_time() {
     assert!(says(&recording, "Data1_can was left out"));
 }
 
+/// What a file says of the units of its rates and times, and where it contradicts itself.
+#[test]
+fn units_of_rates_and_times_are_those_stated_beside_them() {
+    let acc = || column("acc", &[1.0; 40]);
+    let half_ms: Vec<f64> = (0..40).map(|k| 0.5 * f64::from(k)).collect();
+    for other in [
+        vec![column("fs", &[2.0]), text("fs_unit", "kHz")],
+        vec![column("fs_khz", &[2.0])],
+        vec![column("dt", &[0.5]), text("dt_unit", "ms")],
+        vec![
+            column("wf_increment", &[0.5]),
+            text("wf_xunit_string", "ms"),
+        ],
+        vec![column("t", &half_ms), text("t_unit", "ms")],
+        vec![column("time_ms", &half_ms)],
+        vec![column("fs", &[2000.0]), column("dt", &[5e-4])],
+    ] {
+        let recording = read(&[vec![acc()], other].concat()).unwrap();
+        assert_eq!(recording.rate().hz(), 2000.0);
+        assert!(
+            !says(&recording, "read as"),
+            "{:?}",
+            recording.about.warnings
+        );
+    }
+    let refused = read(&[acc(), column("fs", &[1000.0]), column("dt", &[5e-4])]).unwrap_err();
+    assert!(
+        refused.contains("`fs` states 1000 Hz, found 2000 Hz of `dt`"),
+        "{refused}"
+    );
+    let refused = read(&[acc(), column("fs", &[2.0]), text("fs_unit", "mm")]).unwrap_err();
+    assert!(refused.contains("`fs` in Hz or kHz, found mm"), "{refused}");
+    let scaled = read(&[
+        acc(),
+        column("fs", &[2000.0]),
+        column("sensitivity", &[0.1]),
+    ])
+    .unwrap();
+    assert!(
+        says(&scaled, "not applied: `sensitivity` (0.1)"),
+        "{:?}",
+        scaled.about.warnings
+    );
+}
+
 #[test]
 fn a_dewesoft_export_has_the_values_of_scipy() {
     let Some(path) = shared_data::shared("cases/dewesoft_like.mat") else {

@@ -360,3 +360,60 @@ fn a_sidecar_that_is_not_read_is_a_warning() {
         "{text}"
     );
 }
+
+/// Units of rates and times stand in their names, and rates that contradict each other are refused.
+#[test]
+fn units_of_rates_and_times_of_archives() {
+    use std::io::Write as _;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("b.npz");
+    let save = |numbers: &[(&str, f64)], text: Option<(&str, &str)>| {
+        let mut zip = zip::ZipWriter::new(std::fs::File::create(&path).unwrap());
+        let plain = zip::write::SimpleFileOptions::default();
+        let mut add = |name: &str, bytes: &[u8]| {
+            zip.start_file(format!("{name}.npy"), plain).unwrap();
+            zip.write_all(bytes).unwrap();
+        };
+        add(
+            "acc",
+            &array(&ramp(1.0), &format!("({},)", ramp(1.0).len())),
+        );
+        for (name, value) in numbers {
+            add(name, &array(&[*value], "()"));
+        }
+        if let Some((name, text)) = text {
+            // As NumPy saves a text: U3, four bytes a letter.
+            let mut bytes = array(&[], "()");
+            let at = bytes.windows(3).position(|three| three == b"<f8").unwrap();
+            bytes[at..at + 3].copy_from_slice(format!("<U{}", text.len()).as_bytes());
+            bytes.extend(
+                text.chars()
+                    .flat_map(|letter| u32::from(letter).to_le_bytes()),
+            );
+            add(name, &bytes);
+        }
+        zip.finish().unwrap();
+        read_recording(&path, &ReadOptions::default())
+    };
+    for (name, value, unit) in [
+        ("fs", 2.0, Some(("fs_unit", "kHz"))),
+        ("fs (kHz)", 2.0, None),
+        ("dt_ms", 0.5, None),
+    ] {
+        let read = save(&[(name, value)], unit).unwrap().recording;
+        assert_eq!(read.rate().hz(), 2000.0, "{name}");
+    }
+    let refused = save(&[("fs", 1000.0), ("dt", 5e-4)], None).unwrap_err();
+    assert!(refused.to_string().contains("2000 Hz of `dt`"), "{refused}");
+    let scaled = save(
+        &[("fs", 1000.0), ("sensitivity", 0.1)],
+        Some(("acc_unit", "g")),
+    )
+    .unwrap();
+    assert_eq!(
+        scaled.recording.channels()[0].unit,
+        Unit::MetrePerSecondSquared
+    );
+    let said = format!("{:?}", scaled.recording.about.warnings);
+    assert!(said.contains("`sensitivity` holds no samples"), "{said}");
+}

@@ -75,6 +75,26 @@ fn times_that_fit_no_grid_have_their_mean_step() {
     assert!(said(&recording).contains("evenly sampled"));
 }
 
+/// The unit of a time column is stated as that of a channel is.
+#[test]
+fn the_unit_of_a_time_is_stated() {
+    let rows: String = (0..40).map(|k| format!("{},1\n", 500 * k)).collect();
+    let text = format!("t,acc (m/s2)\n{rows}");
+    let recording = read_bytes(text.as_bytes(), &stated(None, &[("t", "us")])).unwrap();
+    assert_eq!(
+        (recording.rate().hz(), said(&recording).as_str()),
+        (2000.0, "")
+    );
+    let text = text.replacen('t', "t (ms)", 1);
+    let refused = read_bytes(text.as_bytes(), &stated(None, &[("t", "us")])).unwrap_err();
+    assert!(
+        refused
+            .to_string()
+            .contains("the unit of `t` as the file states it, ms"),
+        "{refused}"
+    );
+}
+
 fn said(recording: &Recording) -> String {
     let warnings = recording.about.warnings.iter();
     warnings.map(|one| format!("{one}\n")).collect()

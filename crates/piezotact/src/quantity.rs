@@ -371,13 +371,16 @@ impl Unit {
         let plain = text
             .trim()
             .replace('²', "2")
+            .replace('¹', "1")
+            .replace(['⁻', '−'], "-")
             .replace('^', "")
             .replace("**", "")
+            .replace(['*', '⋅', '∙', '•'], "·")
             .replace(['µ', 'μ'], "u")
             .replace(' ', "");
         match plain.as_str() {
             "m/s2" | "ms-2" | "m.s-2" | "m·s-2" | "m/s/s" => (Self::MetrePerSecondSquared, 1.0),
-            "mm/s2" => (Self::MetrePerSecondSquared, 1e-3),
+            "mm/s2" | "mm·s-2" | "mm.s-2" => (Self::MetrePerSecondSquared, 1e-3),
             "g" | "gn" | "g0" | "G" => (Self::MetrePerSecondSquared, STANDARD_GRAVITY_M_S2),
             "mg" => (Self::MetrePerSecondSquared, STANDARD_GRAVITY_M_S2 * 1e-3),
             "N" => (Self::Newton, 1.0),
@@ -393,13 +396,14 @@ impl Unit {
             "mm" => (Self::Metre, 1e-3),
             "um" => (Self::Metre, 1e-6),
             "nm" => (Self::Metre, 1e-9),
-            "m/s" => (Self::MetrePerSecond, 1.0),
-            "mm/s" => (Self::MetrePerSecond, 1e-3),
+            "m/s" | "m·s-1" | "m.s-1" => (Self::MetrePerSecond, 1.0),
+            "mm/s" | "mm·s-1" | "mm.s-1" => (Self::MetrePerSecond, 1e-3),
             "rad/s" => (Self::RadianPerSecond, 1.0),
             "deg/s" | "°/s" | "dps" => (Self::RadianPerSecond, std::f64::consts::PI / 180.0),
             "s" | "sec" => (Self::Second, 1.0),
             "ms" => (Self::Second, 1e-3),
             "us" => (Self::Second, 1e-6),
+            "ns" => (Self::Second, 1e-9),
             _ => (Self::Other(text.trim().into()), 1.0),
         }
     }
@@ -537,6 +541,10 @@ mod tests {
         for (text, unit, factor) in [
             ("m/s²", Unit::MetrePerSecondSquared, 1.0),
             ("m/s^2", Unit::MetrePerSecondSquared, 1.0),
+            ("m·s⁻²", Unit::MetrePerSecondSquared, 1.0),
+            ("m * s^-2", Unit::MetrePerSecondSquared, 1.0),
+            ("mm·s⁻¹", Unit::MetrePerSecond, 1e-3),
+            ("ns", Unit::Second, 1e-9),
             ("g", Unit::MetrePerSecondSquared, 9.80665),
             ("µV", Unit::Volt, 1e-6),
             ("mm/s", Unit::MetrePerSecond, 1e-3),

@@ -52,6 +52,25 @@ impl Roles {
         named.chain(self.motion.as_ref().map(Motion::channel))
     }
 
+    /// The names of the channels of `recording` in N, m/s², m or m/s that play no part: nothing is computed from them.
+    #[must_use]
+    pub fn without_part<'r>(&self, recording: &'r Recording) -> Vec<&'r str> {
+        let units = [
+            Unit::Newton,
+            Unit::MetrePerSecondSquared,
+            Unit::Metre,
+            Unit::MetrePerSecond,
+        ];
+        let others = recording
+            .channels()
+            .iter()
+            .filter(|c| units.contains(&c.unit));
+        let names = others.map(|c| c.name.as_str());
+        names
+            .filter(|name| !self.channels().any(|own| own == *name))
+            .collect()
+    }
+
     /// The rate in Hz that these channels of `recording` share.
     ///
     /// # Errors
@@ -65,8 +84,8 @@ impl Roles {
     /// The roles inferred from the units and names of the channels, with warnings about guesses.
     ///
     /// An acceleration vibrates; without one, the channels that are called so, or else every channel that is neither
-    /// force, motion, drive nor proximity. Forces are channels in N: `fz`, `fn` or a name with "normal" is the normal one, `fx`, `fy`, `ft` or
-    /// a name with "tang" are tangential, and a force alone is the normal one.
+    /// force, motion, drive nor proximity. Forces are channels in N: `fz`, `fn`, `load` or a name with "normal" is the normal one, `fx`, `fy`,
+    /// `ft` or a name with "tang" or "friction" are tangential, and a force alone is the normal one.
     #[must_use]
     pub fn guess(recording: &Recording) -> (Self, Vec<Warning>) {
         let mut warnings = Vec::new();
@@ -86,6 +105,111 @@ impl Roles {
     }
 }
 
+/// Words in the names of normal and of tangential forces in English, German, French, Italian and Spanish; whole words, and parts of
+/// words.
+type ForceNames = (&'static [&'static str], &'static [&'static str]);
+const NORMAL: ForceNames = (
+    &[
+        "fz", "fn", "f3", "load", "last", "charge", "carico", "carga",
+    ],
+    &["normal", "anpress", "andruck", "auflast"],
+);
+const TANGENTIAL: ForceNames = (
+    &["fx", "fy", "ft", "f1", "f2"],
+    &[
+        "tang", "shear", "friction", "reib", "scher", "frott", "cisaill", "attrito", "taglio",
+        "rozam", "fricc",
+    ],
+);
+/// The word force.
+const FORCE: [&str; 5] = ["force", "kraft", "forza", "fuerza", "effort"];
+/// What may stand beside it in the name of a channel that holds no more than a force.
+const OF_FORCE: [&str; 27] = [
+    "",
+    "x",
+    "y",
+    "z",
+    "n",
+    "t",
+    "f",
+    "fx",
+    "fy",
+    "fz",
+    "fn",
+    "ft",
+    "normal",
+    "normale",
+    "tangential",
+    "tangentielle",
+    "tangenziale",
+    "shear",
+    "friction",
+    "reib",
+    "contact",
+    "kontakt",
+    "grip",
+    "load",
+    "ai",
+    "ch",
+    "channel",
+];
+
+/// Whether the name of a channel, without the structure that it stands in, says that it is a force and nothing else about it: `fz`,
+/// `AI 2 Fz`, `rec.fz`, `Normalkraft`, `load`; not `force raw`.
+///
+/// ```
+/// use piezotact::roles::is_force_name;
+/// assert!(["rec.fz", "AI 2 Fz", "Reibkraft", "F_z"].iter().all(|name| is_force_name(name)));
+/// assert!(!["force raw", "normal", "f", "offset"].iter().any(|name| is_force_name(name)));
+/// ```
+#[must_use]
+pub fn is_force_name(name: &str) -> bool {
+    let last = name.rsplit('.').next().unwrap_or(name);
+    let mut words = words_of(last);
+    words.push(plain(last));
+    let whole = words.pop().unwrap_or_default();
+    let without_force = |word: &str| {
+        let force = FORCE.iter().find(|force| word.contains(*force));
+        force.map_or(word.to_owned(), |force| word.replacen(force, "", 1))
+    };
+    let says = |word: &String| {
+        ["fx", "fy", "fz", "fn", "ft", "load"].contains(&word.as_str())
+            || FORCE.iter().any(|force| word.contains(force))
+    };
+    let fits = words
+        .iter()
+        .all(|word| OF_FORCE.contains(&without_force(word).as_str()));
+    fits && (words.iter().any(says) || says(&whole))
+}
+
+/// Whether a name holds one of these words.
+fn has_name_of(name: &str, (words, parts): &ForceNames) -> bool {
+    let plain = plain(name);
+    let mut own = words_of(name);
+    // `Force X`, `F_z`, `zKraft`: what is left without the word.
+    let rest = FORCE
+        .iter()
+        .find_map(|force| plain.contains(force).then(|| plain.replacen(force, "", 1)));
+    own.extend(rest.map(|rest| format!("f{rest}")));
+    own.push(plain.clone());
+    parts.iter().any(|part| plain.contains(part))
+        || own.iter().any(|own| words.contains(&own.as_str()))
+}
+
+/// The words of a name in small letters, without numbers at their ends but for the `f1` of a platform.
+fn words_of(name: &str) -> Vec<String> {
+    let words = name
+        .split(|c: char| !c.is_alphanumeric())
+        .map(str::to_lowercase);
+    let short = |word: String| match word.as_str() {
+        "f1" | "f2" | "f3" => word,
+        word => word
+            .trim_end_matches(|c: char| c.is_ascii_digit())
+            .to_owned(),
+    };
+    words.map(short).filter(|word| !word.is_empty()).collect()
+}
+
 fn in_unit<'a>(channels: &'a [Channel], unit: &Unit) -> Vec<&'a Channel> {
     channels.iter().filter(|c| c.unit == *unit).collect()
 }
@@ -99,16 +223,12 @@ fn is_called(channel: &Channel, words: &[&str], names: &[&str]) -> bool {
 /// The normal force, and at most two tangential ones.
 fn forces(channels: &[Channel], warnings: &mut Vec<Warning>) -> (Option<String>, Vec<String>) {
     let forces = in_unit(channels, &Unit::Newton);
+    let tangential = |c: &Channel| has_name_of(&c.name, &TANGENTIAL);
     let normal = |c: &Channel| {
-        is_called(c, &["normal"], &["fz", "fn", "forcez", "zforce", "f3"])
-            || plain(&c.name).starts_with("fz")
-    };
-    let tangential = |c: &Channel| {
-        is_called(
-            c,
-            &["tang", "shear", "friction"],
-            &["fx", "fy", "ft", "forcex", "forcey", "forcet", "f1", "f2"],
-        )
+        !tangential(c)
+            && (has_name_of(&c.name, &NORMAL)
+                || plain(&c.name).starts_with("fz")
+                || plain(&c.name).ends_with("fz"))
     };
     let normals = forces.iter().filter(|c| normal(c));
     let normals: Vec<String> = normals.map(|c| c.name.clone()).collect();
@@ -131,7 +251,18 @@ fn forces(channels: &[Channel], warnings: &mut Vec<Warning>) -> (Option<String>,
         }));
     }
     let tangential_forces = forces.iter().filter(|c| tangential(c));
-    let tangential_force = tangential_forces.map(|c| c.name.clone()).take(2).collect();
+    let tangential_force: Vec<String> = tangential_forces.map(|c| c.name.clone()).take(2).collect();
+    // A friction under another name would be missing without a word.
+    let others = forces.iter().filter(|c| !normal(c));
+    let others: Vec<String> = others.map(|c| c.name.clone()).collect();
+    let others_than = |chosen: &String| others.iter().any(|other| other != chosen);
+    if tangential_force.is_empty() && normal_force.as_ref().is_some_and(others_than) {
+        warnings.push(Warning::from(RecordingWarning::ChannelChosen {
+            role: ChannelRole::TangentialForce,
+            channel: None,
+            of: others,
+        }));
+    }
     (normal_force, tangential_force)
 }
 
@@ -247,6 +378,48 @@ mod tests {
         assert_eq!(roles.tangential_force, ["Fx", "Fy"]);
         assert_eq!(roles.motion, Some(Motion::Position("encoder".into())));
         assert_eq!(warnings, []);
+    }
+
+    #[test]
+    fn forces_are_known_by_the_names_of_laboratories() {
+        for (normal, tangential) in [
+            ("AI 2 Fz", "AI 1 Fx"),
+            ("rec.fz", "rec.fx"),
+            ("Load", "Friction"),
+            ("Anpresskraft", "Reibkraft"),
+            ("Normalkraft", "Querkraft Fx"),
+            ("effort normal", "force de frottement"),
+            ("carico", "forza d'attrito"),
+            ("Force Z", "Force X"),
+            ("Kraft_z", "Kraft_t"),
+        ] {
+            let channels = [(tangential, Unit::Newton), (normal, Unit::Newton)];
+            let (roles, warnings) = Roles::guess(&recording(&channels));
+            assert_eq!(roles.normal_force.as_deref(), Some(normal));
+            assert_eq!(roles.tangential_force, [tangential]);
+            assert_eq!(warnings, []);
+        }
+    }
+
+    #[test]
+    fn a_force_of_unknown_name_beside_the_normal_one_is_said() {
+        let channels = [
+            ("fz", Unit::Newton),
+            ("lateral", Unit::Newton),
+            ("ay", Unit::MetrePerSecondSquared),
+        ];
+        let recording = recording(&channels);
+        let (roles, warnings) = Roles::guess(&recording);
+        assert_eq!(roles.tangential_force, [""; 0]);
+        let [said] = warnings.as_slice() else {
+            panic!("{warnings:?}")
+        };
+        let said = said.to_string();
+        assert!(
+            said.contains("none of lateral has a name known as that of a tangential force"),
+            "{said}"
+        );
+        assert_eq!(roles.without_part(&recording), ["lateral"]);
     }
 
     #[test]

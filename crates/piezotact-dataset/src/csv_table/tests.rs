@@ -54,10 +54,6 @@ fn what_is_wrong_is_named_with_its_place() {
             "one more, `5`, in row 2",
         ),
         ("time (s),acc (g)\n0,1\n", "two rows"),
-        (
-            "time (s),acc (g)\n0,1\n0.1,1\n0.2,1\n0.7,1\n0.8,1\n",
-            "a step from 0.2 to 0.7",
-        ),
     ] {
         let error = read(text).unwrap_err().to_string();
         assert!(error.contains(part), "{text:?}: {error}");
@@ -151,4 +147,29 @@ fn a_guess_is_a_warning() {
     let r = read("timestamp, channel1\n266239,106\n266267,103\n266295,101\n").unwrap();
     assert!((r.rate().hz() - 35.714).abs() < 1e-3);
     assert_eq!(r.about.warnings.len(), 2, "{:?}", r.about.warnings);
+}
+
+/// The last number of a file that was cut: 0.12 of 0.1234, where the others have four decimals or any number of them.
+#[test]
+fn a_last_row_without_its_end_is_left_out() {
+    let file = |decimals: fn(usize) -> String, last: &str| {
+        let rows = (0..20).map(|k| format!("{:.2},{}\n", k as f64 / 100.0, decimals(k)));
+        let text = "time (s),acc (m/s2)\n".to_owned() + &rows.collect::<String>() + last;
+        let read = read(&text).unwrap();
+        let said: String = (read.about.warnings.iter())
+            .map(Warning::to_string)
+            .collect();
+        (read.channels()[0].samples.len(), said)
+    };
+    let fixed: fn(usize) -> String = |k| format!("{:.4}", k as f64 / 7.0);
+    let free: fn(usize) -> String = |k| format!("{}", k as f64 / 8.0);
+    for (decimals, last) in [(fixed, "0.20,0.12"), (fixed, "0.20"), (free, "0.20,0.12")] {
+        let (rows, said) = file(decimals, last);
+        assert!(
+            rows == 20 && said.contains("row 22 has no end of line"),
+            "{rows}: {said}"
+        );
+    }
+    assert_eq!(file(fixed, "0.20,0.1234"), (21, String::new()));
+    assert_eq!(file(free, "0.20,0.12\n"), (21, String::new()));
 }

@@ -15,7 +15,7 @@ use super::{MatFile, MatValue};
 use crate::columns::{Column, WithoutUnit, recording_of_bases};
 use crate::error::ReadError;
 use crate::open::ReadOptions;
-use crate::time_column::{TimeBase, base_beside, base_of, choose_base};
+use crate::time_column::{TimeBase, base_beside, base_of, choose_base, state_unit};
 
 /// Channels of one time, or of one place and rate.
 struct Group {
@@ -39,8 +39,13 @@ pub(crate) fn recording_of(
 ) -> Result<Recording, ReadError> {
     let all = flat(file);
     let named = all.iter().map(|(name, value)| Named::new(name, value));
-    let variables = Variables::new(named.collect());
+    let variables = Variables::new(named.collect(), options.rate.is_some());
     let mut found = Found::of(path, &variables)?;
+    let mut options = options.clone();
+    for time in &mut found.times.columns {
+        state_unit(path, time, &mut options.units)?;
+    }
+    let options = &options;
     let (groups, left_out) = grouped(path, &variables, &mut found, options)?;
     if groups.is_empty() {
         let table = (variables.all.iter()).find(|variable| match variable.value {
@@ -86,6 +91,13 @@ pub(crate) fn recording_of(
         let named = found.no_channels.join(", ");
         found.guess(format!(
             "arrays that are no channels were left out: {named}"
+        ));
+    }
+    if !found.scales.is_empty() {
+        found.scales.truncate(6);
+        let named = found.scales.join(", ");
+        found.guess(format!(
+            "numbers that may be the scale of a channel were not applied: {named} (a scale: --scale \"200 m/s2\")"
         ));
     }
     let (placed, mut warnings) = on_clocks(path, groups, &mut found, options)?;
@@ -216,9 +228,13 @@ fn on_clocks(
     found: &mut Found,
     options: &ReadOptions,
 ) -> Result<(Vec<Placed>, Vec<Warning>), ReadError> {
-    let of_times: Vec<Option<SampleRate>> = (found.times.columns.iter())
-        .map(|time| Some(base_of(path, time, &mut Vec::new()).ok()?.rate))
+    let found_bases: Vec<Option<TimeBase>> = (found.times.columns.iter())
+        .map(|time| base_of(path, time, &mut Vec::new()).ok())
         .collect();
+    let of_times: Vec<Option<SampleRate>> = (found_bases.iter())
+        .map(|base| Some(base.as_ref()?.rate))
+        .collect();
+    let fewest_parts = found_bases.iter().flatten().map(TimeBase::parts).min();
     let rate_in_file = |group: &Group| match group.time {
         Some(time) => of_times[time],
         None => group.stated.as_ref().map(|stated| stated.rate),
@@ -260,7 +276,20 @@ fn on_clocks(
                 found.guess(format!("{} was left out: {error}", names.join(", ")));
                 continue;
             }
-            base => choose_base(path, options.rate, base, &mut of_rate)?,
+            Some(Ok(base))
+                if options.rate.is_none()
+                    && Some(base.parts()) > fewest_parts
+                    && fewest_parts.is_some() =>
+            {
+                for column in &group.columns {
+                    found.guess(format!(
+                        "{} was left out: its time has pauses where that of other channels has none",
+                        column.name
+                    ));
+                }
+                continue;
+            }
+            base => choose_base(path, options, base, &mut of_rate)?,
         };
         for warning in of_rate {
             if !warnings.contains(&warning) {

@@ -12,8 +12,9 @@ use super::convert::shape;
 use super::{MatNumbers, MatValue};
 use crate::columns::Column;
 use crate::error::ReadError;
+use crate::stated_rate::{UNIT_WORDS, hz_of, may_be_scale, one_of, states_rate, without_word};
 
-/// Names of vectors of time, of rates, and of their inverse, in small letters.
+/// Names of vectors of time, in small letters.
 pub(super) const TIMES: [&str; 7] = [
     "t",
     "time",
@@ -23,25 +24,8 @@ pub(super) const TIMES: [&str; 7] = [
     "temps",
     "time_domain",
 ];
-const RATES: [&str; 13] = [
-    "fs",
-    "sr",
-    "rate",
-    "rate_hz",
-    "sampling_rate",
-    "samplingrate",
-    "sample_rate",
-    "samplerate",
-    "sampling_frequency",
-    "srate",
-    "samplingfrequency",
-    "sfreq",
-    "time_sample_rate",
-];
-const STEPS: [&str; 5] = ["dt", "delta_t", "time_step", "wf_increment", "increment"];
 /// Words that make the name of a channel that of its time: `Data1_time_acc` is the time of `Data1_acc`.
 const TIME_WORDS: [&str; 4] = ["time", "timestamp", "zeit", "temps"];
-const UNIT_WORDS: [&str; 5] = ["unit", "units", "einheit", "unite", "unit_string"];
 /// Names of lists of channels.
 const NAMES: [&str; 6] = [
     "names",
@@ -99,15 +83,21 @@ impl<'m> Named<'m> {
 pub(super) struct Variables<'m> {
     pub(super) all: Vec<Named<'m>>,
     by_scope: HashMap<String, Vec<usize>>,
+    /// Whether a person states the rate: what the file states of it does not count.
+    is_rate_given: bool,
 }
 
 impl<'m> Variables<'m> {
-    pub(super) fn new(all: Vec<Named<'m>>) -> Self {
+    pub(super) fn new(all: Vec<Named<'m>>, is_rate_given: bool) -> Self {
         let mut by_scope = HashMap::<String, Vec<usize>>::new();
         for (at, variable) in all.iter().enumerate() {
             by_scope.entry(variable.scope.clone()).or_default().push(at);
         }
-        Self { all, by_scope }
+        Self {
+            all,
+            by_scope,
+            is_rate_given,
+        }
     }
 
     fn at(&self, scope: &str) -> impl Iterator<Item = usize> {
@@ -117,6 +107,18 @@ impl<'m> Variables<'m> {
     /// Those of one place.
     fn here(&self, scope: &str) -> impl Iterator<Item = &Named<'m>> {
         self.at(scope).map(|at| &self.all[at])
+    }
+
+    /// The unit that a text beside a variable states of it alone: `fs_unit`, `t_unit`; `wf_xunit_string` of a step.
+    fn unit_of(&self, variable: &Named<'m>) -> Option<String> {
+        let is_step = ["wf_increment", "increment"].contains(&variable.last.as_str());
+        let is_its = |text: &Named<'_>| {
+            without_word(&text.last, &UNIT_WORDS).as_ref() == Some(&variable.last)
+                || is_step && text.last == "wf_xunit_string"
+        };
+        let texts = self.texts(&variable.scope);
+        let mut texts = texts.into_iter();
+        texts.find_map(|(text, unit)| is_its(text).then(|| unit.to_owned()))
     }
 
     /// The texts of one place.
@@ -152,14 +154,6 @@ pub(super) fn run_of(scope: &str) -> Option<String> {
     (without != scope).then_some(without)
 }
 
-/// `name` without one of `words` among its parts; `None` where it has none or nothing else.
-fn without_word(name: &str, words: &[&str]) -> Option<String> {
-    let parts: Vec<&str> = name.split('_').collect();
-    let at = parts.iter().position(|part| words.contains(part))?;
-    let rest: Vec<&str> = [&parts[..at], &parts[at + 1..]].concat();
-    (!rest.is_empty()).then(|| rest.join("_"))
-}
-
 /// A channel that was found.
 pub(super) struct Signal {
     /// The place of its variable in the list of variables.
@@ -178,12 +172,13 @@ pub(super) struct Times {
 
 impl Times {
     /// The number of this time; equal ones are one.
-    fn add(&mut self, name: &str, values: &[f64]) -> usize {
-        let known = self.columns.iter().position(|time| time.values == values);
+    fn add(&mut self, name: &str, unit: Option<String>, values: &[f64]) -> usize {
+        let is_it = |time: &Column| time.values == values && time.unit == unit;
+        let known = self.columns.iter().position(is_it);
         known.unwrap_or_else(|| {
             self.columns.push(Column {
                 name: name.to_owned(),
-                unit: None,
+                unit,
                 values: values.to_vec(),
             });
             self.columns.len() - 1
@@ -218,6 +213,8 @@ pub(super) struct Found {
     pub(super) times: Times,
     /// Arrays of numbers that make no channels, each with its shape.
     pub(super) no_channels: Vec<String>,
+    /// Numbers that may be the scale of a channel.
+    pub(super) scales: Vec<String>,
     pub(super) warnings: Vec<Warning>,
 }
 
@@ -240,15 +237,19 @@ impl Found {
                 Some(&other.last) == of.as_ref()
                     && other.vector().is_some_and(|of| of.len() == values.len())
             };
-            if variable.is(&TIMES) {
-                let time = found.times.add(&variable.name, values);
+            // `time_ms`: the unit may stand at its end.
+            let header = Column::from_header(&variable.last);
+            let unit = || variables.unit_of(variable);
+            if variable.is(&TIMES) || TIMES.contains(&header.name.as_str()) {
+                let unit = unit().or(header.unit);
+                let time = found.times.add(&variable.name, unit, values);
                 found.times.places.push((variable.scope.clone(), time));
                 is_time[at] = true;
             } else if of.is_some()
                 && let Some(other) =
                     (variables.at(&variable.scope)).find(|at| fits(&variables.all[*at]))
             {
-                own_times[other] = Some(found.times.add(&variable.name, values));
+                own_times[other] = Some(found.times.add(&variable.name, unit(), values));
                 is_time[at] = true;
             }
         }
@@ -270,6 +271,11 @@ impl Found {
         own_time: Option<usize>,
     ) -> Result<(), ReadError> {
         let variable = &variables.all[at];
+        if let Some(value) = variable.value.scalar()
+            && may_be_scale(&variable.last)
+        {
+            self.scales.push(format!("`{}` ({value})", variable.name));
+        }
         if numbers.real.len() < 2 {
             return Ok(());
         }
@@ -312,7 +318,7 @@ impl Found {
                     ));
                 }
                 let first = columns.remove(0);
-                own_time = Some(self.times.add(&first.name, &first.values));
+                own_time = Some(self.times.add(&first.name, first.unit, &first.values));
             }
         }
         if self.signals.len() + columns.len() > MOST_SIGNALS {
@@ -489,19 +495,22 @@ pub(super) fn nearest_rate(
     variables: &Variables<'_>,
     scope: &str,
 ) -> Result<Option<StatedRate>, ReadError> {
-    let scalar = |place: &str, names: &[&str]| {
-        let mut here = variables.here(place).filter(|variable| variable.is(names));
-        here.find_map(|variable| Some((variable.name.clone(), variable.value.scalar()?)))
-    };
-    let found = outwards(scope).enumerate().find_map(|(far, place)| {
-        let step = || scalar(place, &STEPS).map(|(name, step)| (name, 1.0 / step));
-        let (name, hz) = scalar(place, &RATES).or_else(step)?;
-        Some((far, name, hz))
-    });
-    found
-        .map(|(far, name, hz)| {
+    for (far, place) in outwards(scope).enumerate() {
+        let mut rates = Vec::new();
+        for variable in variables.here(place).filter(|one| states_rate(&one.last)) {
+            if let Some(value) = variable.value.scalar() {
+                let unit = variables.unit_of(variable);
+                let hz = hz_of(path, &variable.last, value, unit.as_deref())?;
+                rates.push((variable.name.clone(), hz));
+            }
+        }
+        if variables.is_rate_given {
+            rates.truncate(1);
+        }
+        if let Some((name, hz)) = one_of(path, rates)? {
             let rate = SampleRate::new(hz).map_err(ReadError::of(path))?;
-            Ok(StatedRate { far, name, rate })
-        })
-        .transpose()
+            return Ok(Some(StatedRate { far, name, rate }));
+        }
+    }
+    Ok(None)
 }

@@ -53,9 +53,10 @@ pub(super) fn completed(
     options: &ReadOptions,
     read: impl Fn(&ReadOptions) -> Result<Recording, ReadError>,
 ) -> Result<Stored, ReadError> {
-    let Some(beside) = Beside::read(path)? else {
+    let Some(mut beside) = Beside::read(path)? else {
         return Ok(read(options)?.into());
     };
+    beside.of_part(options.part);
     let (mut options, mut warnings) = (options.clone(), Vec::new());
     beside.scale(&mut options, &mut warnings);
     let mut recording = read(&options)?;
@@ -129,6 +130,23 @@ impl Beside {
             }
             (None, Some(own)) => options.scale = Some(own.clone()),
             _ => {}
+        }
+    }
+
+    /// Leaves out the start and the events, which are those of the whole file, where another part than the first is read.
+    pub(super) fn of_part(&mut self, part: Option<usize>) {
+        let whole = &mut self.sidecar.annotations;
+        if part.is_some_and(|part| part > 1)
+            && (whole.started_at.is_some() || !whole.events.is_empty())
+        {
+            whole.started_at = None;
+            whole.events.clear();
+            let what = format!(
+                "start and events in {} are those of the whole file, and were left out of a later part",
+                self.place.display()
+            );
+            self.warnings
+                .push(Warning::from(RecordingWarning::Guessed { what }));
         }
     }
 

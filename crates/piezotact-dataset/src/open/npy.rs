@@ -3,6 +3,7 @@
 //! Source of the layout: NumPy, *NEP 1: A simple file format for NumPy arrays*.
 
 use piezotact::recording::RecordingWarning;
+use std::collections::BTreeMap;
 use std::io::{Cursor, Read as _};
 use std::path::Path;
 
@@ -17,14 +18,12 @@ use crate::error::ReadError;
 use crate::format::{Format, Recognition};
 use crate::recording_file::Stored;
 use crate::sidecar::sidecar_path;
+use crate::stated_rate::{UNIT_WORDS, hz_of, one_of, states_rate, without_word};
 use crate::stored::{ByteOrder, Stored as Number};
-use crate::time_column::{TimeBase, base_beside, base_of, choose_base, is_time};
+use crate::time_column::{TimeBase, base_beside, base_of, choose_base, is_time, state_unit};
 
 /// What is unpacked of one array at most, in bytes.
 const LARGEST: u64 = 1 << 30;
-/// Names of a scalar that is the rate, in Hz.
-const RATES: [&str; 5] = ["fs", "fs_hz", "rate", "sample_rate", "sampling_rate"];
-
 const MAGIC: &[u8] = b"\x93NUMPY";
 
 /// The row of the table of recordings.
@@ -61,15 +60,24 @@ struct Parts {
     /// Of each column, the number of its array and whether that holds integers.
     arrays: Vec<(usize, bool)>,
     time: Option<Column>,
-    rate: Option<(String, f64)>,
+    /// Numbers that state the rate: name, value, and unit where the name has one.
+    rates: Vec<(String, f64, Option<String>)>,
+    texts: BTreeMap<String, String>,
     warnings: Vec<Warning>,
 }
 
 impl Parts {
     /// The recording of the arrays and of the sidecar beside them.
     fn recording(mut self, path: &Path, options: &ReadOptions) -> Result<Stored, ReadError> {
-        let sidecar = Beside::read(path)?;
+        let mut sidecar = Beside::read(path)?;
+        if let Some(sidecar) = &mut sidecar {
+            sidecar.of_part(options.part);
+        }
         let mut options = options.clone();
+        self.state_units();
+        if let Some(time) = &mut self.time {
+            state_unit(path, time, &mut options.units)?;
+        }
         if let Some(sidecar) = &sidecar {
             sidecar.name_columns(&mut self.columns)?;
             sidecar.scale(&mut options, &mut self.warnings);
@@ -77,7 +85,7 @@ impl Parts {
         self.only_one_scaled(path, &options)?;
         let mut of_rate = Vec::new();
         let found = self.found_base(path, &options, &mut of_rate)?;
-        let base = choose_base(path, options.rate, found, &mut of_rate)?;
+        let base = choose_base(path, &options, found, &mut of_rate)?;
         of_rate.append(&mut self.warnings);
         let counts: Vec<String> = self
             .arrays
@@ -93,6 +101,22 @@ impl Parts {
             sidecar.describe(&mut stored);
         }
         Ok(stored)
+    }
+
+    /// Gives times, rates and channels the units that texts state: `acc_unit`, `fs_unit`. Other texts are named.
+    fn state_units(&mut self) {
+        for (name, text) in std::mem::take(&mut self.texts) {
+            let of = without_word(&name.to_ascii_lowercase(), &UNIT_WORDS);
+            let is_it = |other: &str| of.as_deref() == Some(&*other.to_ascii_lowercase());
+            let rates = self.rates.iter_mut().map(|(name, _, unit)| (name, unit));
+            let columns = self.columns.iter_mut().chain(&mut self.time);
+            let columns = columns.map(|column| (&mut column.name, &mut column.unit));
+            let mut named = rates.chain(columns).filter(|(name, _)| is_it(name));
+            match named.next() {
+                Some((_, unit)) => *unit = unit.take().or(Some(text)),
+                None => self.guess(format!("`{name}` holds no samples and was left out")),
+            }
+        }
     }
 
     /// Refuses one scale for arrays of several quantities.
@@ -132,7 +156,15 @@ impl Parts {
         options: &ReadOptions,
         warnings: &mut Vec<Warning>,
     ) -> Result<Option<Result<TimeBase, ReadError>>, ReadError> {
-        let stated = self.rate.as_ref().map(|(name, hz)| {
+        let mut rates = Vec::new();
+        for (name, value, unit) in &self.rates {
+            rates.push((name.clone(), hz_of(path, name, *value, unit.as_deref())?));
+        }
+        if options.rate.is_some() {
+            rates.truncate(1);
+        }
+        let stated = one_of(path, rates)?;
+        let stated = stated.as_ref().map(|(name, hz)| {
             let rate = SampleRate::new(*hz).map_err(ReadError::of(path));
             rate.map(|rate| (name.as_str(), rate))
         });
@@ -182,11 +214,15 @@ impl Parts {
         };
         let number = self.arrays.last().map_or(0, |(array, _)| array + 1);
         match array.shape.as_slice() {
-            [] | [1] if called(&|name| RATES.contains(&name.to_ascii_lowercase().as_str())) => {
-                let in_khz = unit.as_deref() == Some("kHz");
-                let factor = if in_khz { 1e3 } else { 1.0 };
-                let value = array.values.first();
-                self.rate = value.map(|hz| (key.unwrap_or_default().into(), hz * factor));
+            [] | [1] if called(&states_rate) && array.text.is_none() => {
+                // The unit of `fs (kHz)`; of `dt_ms` it is known by the name.
+                let name = if unit.is_some() { name } else { key };
+                let stated = name.zip(array.values.first());
+                (self.rates).extend(stated.map(|(name, value)| (name.into(), *value, unit)));
+            }
+            [] | [1] if array.text.is_some() && key.is_some() => {
+                let text = key.map(str::to_owned).zip(array.text);
+                self.texts.extend(text);
             }
             [] => match key {
                 Some(key) => self.guess(format!("`{key}` holds no samples and was left out")),
@@ -289,6 +325,20 @@ struct Array {
     left: usize,
     /// Whether its numbers are integers.
     whole: bool,
+    /// The first text, of an array of texts.
+    text: Option<String>,
+}
+
+/// The first text of an array of them, of a type such as `U3` or `S3`.
+fn text_in(kind: &str, data: &[u8], order: ByteOrder) -> Option<String> {
+    let (kind, length) = kind.split_at_checked(1)?;
+    let width = if kind == "U" { 4 } else { 1 };
+    let bytes = data.get(..length.parse::<usize>().ok()?.checked_mul(width)?)?;
+    let letters = bytes.chunks_exact(width);
+    let text: Option<String> = letters
+        .map(|letter| char::from_u32(u32::try_from(order.unsigned(letter)).ok()?))
+        .collect();
+    Some(text?.trim_end_matches('\0').to_owned())
 }
 
 impl Array {
@@ -322,6 +372,7 @@ impl Array {
                 values: Vec::new(),
                 left: 0,
                 whole: false,
+                text: text_in(kind, data, byte_order),
             });
         }
         let number = match kind {
@@ -368,6 +419,7 @@ impl Array {
             values: number.values(numbers, byte_order),
             left: data.len() - length,
             whole: !kind.starts_with('f'),
+            text: None,
         })
     }
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use piezotact::Warning;
-use piezotact::number::counted;
+use piezotact::number::{counted, digits};
 use piezotact::quantity::{Seconds, Unit};
 use piezotact::recording::{Recording, RecordingWarning, StartTime};
 
@@ -12,7 +12,7 @@ use super::layout::Object;
 use super::property::{Properties, Property, Stamp, Start};
 use super::samples::{File, Values};
 use super::scale::Chain;
-use crate::columns::{Column, WithoutUnit, recording_of_bases};
+use crate::columns::{Column, WithoutUnit, recording_of_bases, start_of_part};
 use crate::error::ReadError;
 use crate::lvm;
 use crate::open::ReadOptions;
@@ -163,7 +163,7 @@ pub(super) fn recording_of(
             (None, None) => group.offset_s(&parts.times),
             _ => 0.0,
         };
-        let base = choose_base(path, options.rate, found, &mut of_rate)?;
+        let base = choose_base(path, options, found, &mut of_rate)?;
         bases.push((base, Seconds(start_s)));
         for signal in group.signals {
             if signal.is_count {
@@ -173,9 +173,11 @@ pub(super) fn recording_of(
         }
     }
     of_rate.append(&mut warnings);
+    of_rate.extend(apart(&columns, &bases));
     let unnamed = WithoutUnit::OnlyScale { counts: &counts };
     let mut recording = recording_of_bases(path, columns, &bases, of_rate, options, unnamed)?;
-    recording.annotations.started_at = earliest;
+    let later = start_of_part(&bases);
+    recording.annotations.started_at = earliest.map(|at| at.later(later));
     recording.annotations.labels = labels;
     recording.about.provenance.losses.is_interrupted = is_cut;
     if file.is_interrupted {
@@ -188,6 +190,28 @@ pub(super) fn recording_of(
 
 fn guessed(what: String) -> Warning {
     Warning::from(RecordingWarning::Guessed { what })
+}
+
+/// That channels begin after those end that began first: nothing was recorded together.
+fn apart(columns: &[(Column, usize)], bases: &[(TimeBase, Seconds)]) -> Option<Warning> {
+    let start_s = |at: usize| bases[at].1.0;
+    let (first, at) = (columns.iter()).min_by(|a, b| start_s(a.1).total_cmp(&start_s(b.1)))?;
+    let length_s = bases[*at].0.time_of(first.values.len());
+    let later = columns
+        .iter()
+        .filter(|(_, other)| start_s(*other) - start_s(*at) > length_s);
+    let names: Vec<String> = later
+        .clone()
+        .map(|(column, _)| format!("`{}`", column.name))
+        .collect();
+    let (_, next) = later.min_by(|a, b| start_s(a.1).total_cmp(&start_s(b.1)))?;
+    Some(guessed(format!(
+        "{} begin {} s after `{}`, which lasts {} s: they were not recorded together",
+        first_of(&names),
+        digits(start_s(*next) - start_s(*at)),
+        first.name,
+        digits(length_s)
+    )))
 }
 
 /// The first of a list, and how many more there are.
@@ -260,11 +284,12 @@ impl Parts {
         if let Some(property) = &object.changed {
             return leave(format!("its `{property}` changes between its samples"));
         }
-        if let Some(unit) =
-            text("wf_xunit_string").filter(|unit| Unit::parse(unit).0 != Unit::Second)
-        {
-            return leave(format!("over {unit}, not over time"));
-        }
+        let of_step = text("wf_xunit_string").map(|unit| (unit, Unit::parse(unit)));
+        let second = match of_step {
+            None => 1.0,
+            Some((_, (Unit::Second, second))) => second,
+            Some((unit, _)) => return leave(format!("over {unit}, not over time")),
+        };
         // Of the channel, of its group, of the file.
         let above = [object.group.as_str(), ""].map(|group| {
             let is_it = |other: &&Object| other.channel.is_none() && other.group == group;
@@ -303,10 +328,12 @@ impl Parts {
             object.slots[0].kind,
             Kind::Number(crate::stored::Stored::F32 | crate::stored::Stored::F64)
         );
-        let step_s = number("wf_increment").filter(|s| *s > 0.0 && s.is_finite());
+        let step_s = number("wf_increment").map(|step| step * second);
+        let step_s = step_s.filter(|s| *s > 0.0 && s.is_finite());
         let start = object.starts.first().map(|(_, start)| *start);
-        let start = start.unwrap_or_else(|| Start::of(&object.properties));
-        if let Some((place, samples)) = step_s.and_then(|step_s| gap(object, step_s)) {
+        let mut start = start.unwrap_or_else(|| Start::of(&object.properties));
+        start.offset_s *= second;
+        if let Some((place, samples)) = step_s.and_then(|step_s| gap(object, step_s, second)) {
             self.restarted.push(format!(
                 "`{name}` at sample {place}, {samples:.1} samples after the one before"
             ));
@@ -381,10 +408,11 @@ impl Parts {
 }
 
 /// The first start of a channel that does not lie where the samples before it end: the sample, and how many samples after the one before.
-fn gap(object: &Object, step_s: f64) -> Option<(u64, f64)> {
+/// The offsets of its starts count in units of `second`.
+fn gap(object: &Object, step_s: f64, second: f64) -> Option<(u64, f64)> {
     let (_, first) = object.starts.first()?;
     let distances = object.starts.iter().filter_map(|(count, start)| {
-        let samples = start.since(*first)? / step_s - *count as f64;
+        let samples = start.since(*first, second)? / step_s - *count as f64;
         (samples.abs() > 0.5).then_some((*count, samples + 1.0))
     });
     distances.into_iter().next()

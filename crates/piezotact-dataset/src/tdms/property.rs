@@ -91,6 +91,7 @@ impl Stamp {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Start {
     pub(super) stamp: Option<Stamp>,
+    /// In the unit of the step between samples.
     pub(super) offset_s: f64,
 }
 
@@ -106,10 +107,10 @@ impl Start {
         }
     }
 
-    /// How much later it is than `earlier`, s; `None` where one of them has no time.
-    pub(super) fn since(self, earlier: Self) -> Option<f64> {
+    /// How much later it is than `earlier`, s, where offsets count in units of `second`; `None` where one of them has no time.
+    pub(super) fn since(self, earlier: Self, second: f64) -> Option<f64> {
         let later_s = self.stamp?.since(earlier.stamp?);
-        Some(later_s + self.offset_s - earlier.offset_s)
+        Some(later_s + (self.offset_s - earlier.offset_s) * second)
     }
 }
 

@@ -96,10 +96,13 @@ fn a_stated_rate_that_the_times_do_not_have_is_said() {
     let (found, _) = base(&times);
     let said = |stated: f64| {
         let mut warnings = Vec::new();
-        let stated = SampleRate::new(stated).ok();
+        let stated = ReadOptions {
+            rate: SampleRate::new(stated).ok(),
+            ..ReadOptions::default()
+        };
         let base = choose_base(
             Path::new("t"),
-            stated,
+            &stated,
             Some(Ok(found.clone())),
             &mut warnings,
         );
@@ -131,4 +134,102 @@ fn what_has_no_grid_is_refused() {
         .collect();
     assert!(refused(&wild).contains("in steps of about 1"));
     assert!(refused(&[0.0, 1.0, f64::NAN]).contains("a time in every row"));
+}
+
+/// The rate of times without a unit, and what is said of it; or the error.
+fn without_unit(times: impl Iterator<Item = f64>) -> Result<(f64, String), String> {
+    let time = Column {
+        name: "t".into(),
+        unit: None,
+        values: times.collect(),
+    };
+    let mut warnings = Vec::new();
+    let base = base_of(Path::new("t"), &time, &mut warnings).map_err(|error| error.to_string())?;
+    let said = warnings.iter().map(Warning::to_string).collect();
+    Ok((base.rate.hz(), said))
+}
+
+#[test]
+fn times_since_1970_are_in_the_unit_that_they_can_only_have() {
+    let rows = || (0..2000).map(f64::from);
+    for (times, unit) in [
+        (
+            rows().map(|k| 1.7e12 + k).collect::<Vec<f64>>(),
+            "milliseconds since 1970",
+        ),
+        (
+            rows().map(|k| 1.7e15 + 1e3 * k).collect(),
+            "microseconds since 1970",
+        ),
+        (
+            rows().map(|k| 1.7e18 + 1e6 * k).collect(),
+            "nanoseconds since 1970",
+        ),
+        (rows().map(|k| 1.7e9 + 1e-3 * k).collect(), "seconds"),
+    ] {
+        let (hz, said) = without_unit(times.into_iter()).unwrap();
+        assert!((hz - 1000.0).abs() < 1e-3, "{unit}: {hz}");
+        assert!(said.contains(&format!("read as {unit} (")), "{said}");
+    }
+}
+
+/// A counter of ms and one of µs: the second may be either, and is refused with the way to state it.
+#[test]
+fn whole_numbers_whose_unit_is_not_certain_are_refused() {
+    let (hz, said) = without_unit((0..200).map(|k| f64::from(2 * k))).unwrap();
+    assert!(
+        hz == 500.0 && said.contains("read as milliseconds"),
+        "{said}"
+    );
+    let refused = without_unit((0..200).map(|k| f64::from(1000 * k))).unwrap_err();
+    assert!(refused.contains("--scale \"t=us\""), "{refused}");
+}
+
+/// A pause of 1 s in 3 s at 1 kHz is no place for straight lines; the 5 samples after it are.
+#[test]
+fn a_pause_divides_the_recording_into_parts() {
+    let late = |k: usize| 1000 * usize::from(k >= 1000) + 5 * usize::from(k >= 1500);
+    let times: Vec<f64> = (0..2000).map(|k| 1e-3 * (k + late(k)) as f64).collect();
+    let (found, _) = base(&times);
+    let part = |part: Option<usize>| {
+        let options = ReadOptions {
+            part,
+            ..ReadOptions::default()
+        };
+        let mut warnings = Vec::new();
+        let base = choose_base(
+            Path::new("t"),
+            &options,
+            Some(Ok(found.clone())),
+            &mut warnings,
+        );
+        let said: String = warnings.iter().map(Warning::to_string).collect();
+        base.map(|base| {
+            let mut samples: Vec<f64> = (0..2000).map(|k| (k + late(k)) as f64).collect();
+            base.cut(&mut samples);
+            base.fill(&mut samples);
+            (base.offset_s, samples, said)
+        })
+    };
+    let (offset_s, samples, said) = part(None).unwrap();
+    assert_eq!((offset_s, samples.len(), samples[999]), (0.0, 1000, 999.0));
+    assert!(
+        said.contains("2 parts") && said.contains("1.000 s of 2.005 s"),
+        "{said}"
+    );
+    let (offset_s, samples, said) = part(Some(2)).unwrap();
+    assert_eq!((samples.len(), said.as_str()), (1005, ""));
+    assert!((offset_s - 2.0).abs() < 1e-9, "{offset_s}");
+    assert!(
+        samples
+            .iter()
+            .enumerate()
+            .all(|(k, value)| *value == (2000 + k) as f64)
+    );
+    assert!(
+        part(Some(3))
+            .unwrap_err()
+            .to_string()
+            .contains("a part from 1 to 2")
+    );
 }

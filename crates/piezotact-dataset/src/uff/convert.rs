@@ -11,7 +11,7 @@ use piezotact::transfer::Estimator;
 
 use super::write_time::OWN_TIME;
 use super::{UffAbscissa, UffData, UffFunction, UffKind};
-use crate::columns::{Column, WithoutUnit, recording_of_bases as table_of};
+use crate::columns::{Column, WithoutUnit, recording_of_bases as table_of, start_of_part};
 use crate::error::ReadError;
 use crate::open::ReadOptions;
 use crate::time_column::{TimeBase, base_of, choose_base};
@@ -99,7 +99,7 @@ pub(crate) fn recording_of(
             }
             None => {
                 let found = base(path, signal, &mut warnings);
-                let base = choose_base(path, options.rate, Some(found), &mut warnings)?;
+                let base = choose_base(path, options, Some(found), &mut warnings)?;
                 clocks.push(signal);
                 bases.push((base, start_s(signal)));
                 clocks.len() - 1
@@ -125,7 +125,8 @@ pub(crate) fn recording_of(
         WithoutUnit::OnlyScale { counts: &[] },
     )?;
     if start_s(first).0 == 0.0 && recording.clocks()[0].start_s.0 <= 0.0 {
-        recording.annotations.started_at = start_time(first.date());
+        recording.annotations.started_at =
+            start_time(first.date()).map(|at| at.later(start_of_part(&bases)));
     }
     recording.about.provenance.steps.push(format!(
         "universal file of {}",

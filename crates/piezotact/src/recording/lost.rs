@@ -21,6 +21,19 @@ pub enum LostBy {
         longest_s: f64,
         places_s: Vec<[f64; 2]>,
     },
+    /// Time stamps of a file lack samples; straight lines stand in their place.
+    #[error(
+        "{} missing between the time stamps at {}, {:.1} ms at the longest; they were replaced by linear interpolation",
+        counted_are(*samples as usize),
+        counted(*gaps, "place"),
+        1e3 * longest_s
+    )]
+    Stamps {
+        gaps: usize,
+        samples: u64,
+        longest_s: f64,
+        places_s: Vec<[f64; 2]>,
+    },
     /// The journal of the run is damaged; straight lines stand in the place of what was lost.
     #[error("the journal is damaged at {}: {}", counted(*places, "place"), lost(lost_s))]
     Journal {
@@ -116,6 +129,7 @@ impl LostBy {
         match self {
             Self::Journal { .. } => "leave these parts out, and check the disk",
             Self::JournalHeader { .. } => "check the disk",
+            Self::Stamps { .. } => "leave these parts out where they matter",
             Self::ForceLines { .. } => "check its cable and its range",
             Self::Device { .. }
             | Self::Force { .. }
@@ -129,6 +143,12 @@ impl LostBy {
             | Self::Restarts { .. } => "close other programs, and measure again",
         }
     }
+}
+
+/// `1 sample is`, `3 samples are`.
+fn counted_are(samples: usize) -> String {
+    let verb = if samples == 1 { "is" } else { "are" };
+    format!("{} {verb}", counted(samples, "sample"))
 }
 
 /// The stretches of lost samples.

@@ -464,6 +464,8 @@ impl Reached {
 pub enum ChannelRole {
     /// The normal force.
     NormalForce,
+    /// The tangential force.
+    TangentialForce,
     /// The motion of the finger or the surface.
     Motion,
     /// The vibration.
@@ -474,6 +476,7 @@ impl fmt::Display for ChannelRole {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::NormalForce => "normal force",
+            Self::TangentialForce => "tangential force",
             Self::Motion => "motion",
             Self::Vibration => "vibration",
         })
