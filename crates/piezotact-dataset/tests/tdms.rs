@@ -583,7 +583,9 @@ fn the_unit_of_a_step_counts_and_a_start_of_another_time_is_said() {
     let apart = read(at + 631_152_000);
     assert_eq!(clocks(&apart)[1], (2000.0, 631_152_000.0, 2));
     assert!(
-        said(&apart).contains("`y` begin 6.31e8 s after `x`, which lasts 0.00100 s: they were not recorded together"),
+        said(&apart).contains(
+            "`y` begin 6.31e8 s after `x`, which lasts 0.00100 s: they were not recorded together"
+        ),
         "{}",
         said(&apart)
     );
