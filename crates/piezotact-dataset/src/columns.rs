@@ -5,7 +5,7 @@ use std::path::Path;
 
 use piezotact::Warning;
 use piezotact::number::counted;
-use piezotact::quantity::{SampleRate, Seconds, Unit};
+use piezotact::quantity::{Measure, SampleRate, Seconds, Unit};
 use piezotact::recording::{
     Channel, Clock, Condition, Provenance, Recording, RecordingWarning, StartTime,
 };
@@ -115,7 +115,9 @@ impl Table {
         options: &ReadOptions,
     ) -> Result<Recording, ReadError> {
         let mut options = options.clone();
-        let named = self.columns.iter().position(|column| is_time(&column.name));
+        // A time in numbers is finer than the moments beside it.
+        let is_named = |at: &usize| Some(*at) != self.moments && is_time(&self.columns[*at].name);
+        let named = (0..self.columns.len()).find(is_named);
         let mut time = named.or(self.moments).map(|at| {
             self.warnings
                 .extend(without_copied_rows(&mut self.columns, at));
@@ -245,6 +247,8 @@ pub(crate) fn recording_of_bases(
         let plain = (Unit::Other(String::new()), 1.0);
         let scale = options.scale.as_ref();
         let (unit, factor) = match (stated, own.map(|text| parsed(&column.name, text)), scale) {
+            // What 1 of a potential stands for is the calibration of its sensor.
+            (Some(stated), Some(own), _) if is_calibration(options, &column.name, &own.0) => stated,
             (Some(stated), Some(own), _) if stated != own => {
                 return Err(unit_differs(path, &column.name, &own.0, &stated.0));
             }
@@ -362,12 +366,25 @@ pub(crate) fn start_of_part(bases: &[(TimeBase, Seconds)]) -> Seconds {
     Seconds(if later.is_finite() { later } else { 0.0 })
 }
 
+/// Whether a value with a unit is stated of a channel whose `own` unit is that of a sensor's signal: `0.5 N` of one in V.
+fn is_calibration(options: &ReadOptions, name: &str, own: &Unit) -> bool {
+    let stated = options.units.get(name).map(|text| text.parse::<Measure>());
+    let is_other = |measure: Measure| measure.unit != *own;
+    let is_signal = matches!(own, Unit::Volt | Unit::FullScale | Unit::Other(_));
+    is_signal && stated.is_some_and(|stated| stated.is_ok_and(is_other))
+}
+
 fn unit_differs(path: &Path, name: &str, own: &Unit, stated: &Unit) -> ReadError {
     ReadError::content(
         path,
         format!("the unit of `{name}` as the file states it, {own}"),
         stated.symbol(),
-        "correct the one that is wrong",
+        match own {
+            Unit::Volt => format!(
+                "correct the one that is wrong, or state what 1 in the file stands for: --scale \"{name}=0.5 {stated}\""
+            ),
+            _ => "correct the one that is wrong".into(),
+        },
     )
 }
 

@@ -7,15 +7,17 @@ use std::path::Path;
 
 use piezotact::Warning;
 use piezotact::number::counted;
-use piezotact::recording::{Recording, RecordingWarning};
+use piezotact::quantity::Seconds;
+use piezotact::recording::{Recording, RecordingWarning, StartTime};
 use piezotact::series::is_sample;
 
 use crate::columns::{Column, Table};
 use crate::commas::{Ambiguous, Evidence, Signs, signs_of};
-use crate::date_time::{Stamp, Stamps, is_date};
+use crate::date_time::{DAY_S, Stamp, Stamps, is_date};
 use crate::error::ReadError;
 use crate::open::ReadOptions;
 use crate::text::text_of;
+use crate::time_column::is_time;
 use layout::{Layout, layout, rate_in, start_in};
 
 /// More columns than this are no channels: samples stand in rows.
@@ -158,7 +160,7 @@ pub(crate) fn read_table(
         ));
     }
     let mut table = Table {
-        stated: rate_in(&above),
+        stated: rate_in(&above, delimiter),
         started_at: start_in(&above),
         warnings,
         ..Table::default()
@@ -170,7 +172,15 @@ pub(crate) fn read_table(
     let date = dates.next();
     for (column, of) in columns.into_iter().zip(cells_of) {
         match of {
-            Cells::Numbers => table.columns.push(column),
+            Cells::Numbers => match excel_start(&column) {
+                Some(start) => {
+                    let first = column.values.first().copied().unwrap_or(0.0);
+                    let seconds = column.values.iter().map(|day| (day - first) * DAY_S);
+                    let values = seconds.collect();
+                    table.add_moments(Column { values, ..column }, Some(start));
+                }
+                None => table.columns.push(column),
+            },
             Cells::Moments(stamps) => table.add_moments(column, stamps.start(date.as_deref())),
             Cells::Dates(_) => {}
         }
@@ -198,6 +208,24 @@ impl Cells {
             () => Self::Numbers,
         }
     }
+}
+
+/// The moment of the first row of a column of days as Excel counts them, from the years 2000 to 2100: one called as dates are, or a
+/// time whose steps are too short for seconds.
+fn excel_start(column: &Column) -> Option<StartTime> {
+    let (first, last) = (column.values.first()?, column.values.last()?);
+    let days = 36_526.0..73_051.0;
+    let is_days = days.contains(first) && days.contains(last) && column.unit.is_none();
+    let called = ["date", "datum", "date time", "date/time", "datetime"];
+    let is_date = called.contains(&column.name.to_lowercase().as_str());
+    let step = (last - first) / (column.values.len().max(2) - 1) as f64;
+    let is_time = is_time(&column.name) && step > 0.0 && step < 2e-6;
+    let epoch = StartTime::try_from("1899-12-30T00:00:00".to_owned()).ok();
+    let day = epoch.filter(|_| is_days && (is_date || is_time))?;
+    Some(
+        day.later(Seconds(first.floor() * DAY_S))
+            .later(Seconds(first.fract() * DAY_S)),
+    )
 }
 
 /// The warning that lines above the header were not read as a table.
@@ -235,7 +263,11 @@ fn columns_of(
             "if each row holds a channel, transpose the table; else export fewer channels",
         ));
     }
-    let mut columns: Vec<Column> = header.iter().map(Column::from_header).collect();
+    // The header may be marked as a comment: `# time (s)`.
+    let first = header.iter().take(1);
+    let first = first.map(|cell| cell.trim_start_matches(['#', '%', ' ']));
+    let cells = first.chain(header.iter().skip(1));
+    let mut columns: Vec<Column> = cells.map(Column::from_header).collect();
     // A trailing delimiter makes an empty last column.
     while columns.last().is_some_and(|column| column.name.is_empty()) {
         columns.pop();

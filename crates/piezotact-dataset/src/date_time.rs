@@ -46,7 +46,7 @@ pub(crate) fn is_date(cell: &str) -> bool {
     !cell.contains(':') && cell.len() <= 12 && date_in(cell.trim().trim_matches('"')).is_some()
 }
 
-/// `2024-03-01` of a date; `Some(None)` where month and day cannot be told apart.
+/// `2024-03-01` of a date; of `12/31/2023` and `31/12/2023` too; `Some(None)` where month and day cannot be told apart.
 fn date_in(date: &str) -> Option<Option<String>> {
     let sign = date.chars().find(|c| ['-', '/', '.'].contains(c))?;
     let parts: Vec<&str> = date.split(sign).collect();
@@ -62,7 +62,14 @@ fn date_in(date: &str) -> Option<Option<String>> {
     if !(digits(one, 2) && digits(two, 2) && three.len() == 4 && digits(three, 4)) {
         return None;
     }
-    Some((sign == '.').then(|| format!("{three}-{two:0>2}-{one:0>2}")))
+    // A number beyond 12 is the day.
+    let number = |part: &str| part.parse::<u32>().unwrap_or(0);
+    Some(match sign {
+        '.' => Some(format!("{three}-{two:0>2}-{one:0>2}")),
+        _ if number(one) > 12 => Some(format!("{three}-{two:0>2}-{one:0>2}")),
+        _ if number(two) > 12 => Some(format!("{three}-{one:0>2}-{two:0>2}")),
+        _ => None,
+    })
 }
 
 /// `10:22:33.5+01:00` of a time of day.
@@ -117,8 +124,13 @@ pub(crate) struct Stamps {
 impl Stamps {
     /// The time of a cell since the first one, s. Times of day without a date go on after midnight.
     pub(crate) fn seconds(&mut self, cell: &str) -> Option<f64> {
-        let stamp = Stamp::of(cell)?;
+        let mut stamp = Stamp::of(cell)?;
         let first = self.first.get_or_insert_with(|| stamp.clone());
+        // Where the first row does not say its day, no row does.
+        if stamp.has_date && !first.has_date {
+            let at = String::from(stamp.at);
+            stamp = Stamp::of(at.split_once('T')?.1)?;
+        }
         let mut seconds = stamp.at.seconds_since(&first.at).0 + self.days * DAY_S;
         if !first.has_date && seconds < self.last_s - 0.5 * DAY_S {
             self.days += 1.0;
@@ -139,7 +151,7 @@ impl Stamps {
     }
 }
 
-const DAY_S: f64 = 86_400.0;
+pub(crate) const DAY_S: f64 = 86_400.0;
 
 #[cfg(test)]
 mod tests {
@@ -153,6 +165,8 @@ mod tests {
             ("2024/3/1 10:22:33+0100", "2024-03-01T10:22:33.0+01:00"),
             ("01.03.2024 9:02:03", "2024-03-01T09:02:03.0"),
             ("2024-03-01 10:22:33:012", "2024-03-01T10:22:33.012"),
+            ("12/31/2023 10:22:33", "2023-12-31T10:22:33.0"),
+            ("31/12/2023 10:22:33", "2023-12-31T10:22:33.0"),
         ] {
             let start = Stamp::of(cell).and_then(Stamp::start);
             assert_eq!(
@@ -187,6 +201,12 @@ mod tests {
             .filter_map(|cell| stamps.seconds(cell))
             .collect();
         assert_eq!(seconds, [0.0, 0.5, 1.0]);
+        let mut slashed = Stamps::default();
+        let cells = ["12/12/2023 23:59:59.5", "12/13/2023 00:00:00.0"];
+        assert_eq!(
+            cells.map(|cell| slashed.seconds(cell)),
+            [Some(0.0), Some(0.5)]
+        );
         let start = stamps.start(Some("2024-03-01")).unwrap();
         assert_eq!(start.to_string(), "2024-03-01T23:59:59.5");
     }

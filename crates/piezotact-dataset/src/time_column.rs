@@ -20,7 +20,7 @@ use grid::Rows;
 mod grid;
 
 /// Names under which a column holds the time.
-const NAMES: [&str; 7] = [
+const NAMES: [&str; 12] = [
     "time",
     "t",
     "timestamp",
@@ -28,6 +28,11 @@ const NAMES: [&str; 7] = [
     "datetime",
     "zeit",
     "temps",
+    "tempo",
+    "tiempo",
+    "elapsed",
+    "elapsed time",
+    "relative time",
 ];
 /// Repeated time stamps up to this share of all rows are slips of the clock.
 const MOST_REPEATED: f64 = 1e-3;

@@ -79,6 +79,8 @@ pub struct Wav {
     pub warnings: Vec<Warning>,
 }
 
+/// More channels than this are no recording.
+const MOST_CHANNELS: u16 = 4096;
 const PCM: u16 = 1;
 const FLOAT: u16 = 3;
 const EXTENSIBLE: u16 = 0xFFFE;
@@ -194,6 +196,14 @@ impl Layout {
                 ));
             }
         };
+        if channels > MOST_CHANNELS {
+            return Err(ReadError::content(
+                path,
+                format!("at most {MOST_CHANNELS} channels"),
+                format!("{channels}"),
+                "if the header is right, save fewer channels in each file",
+            ));
+        }
         if channels == 0 || rate_hz == 0 {
             return Err(ReadError::content(
                 path,
@@ -558,6 +568,21 @@ mod tests {
                 assert_eq!(read, ours.channels[0]);
             }
         }
+    }
+
+    #[test]
+    fn more_channels_than_a_recording_has_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.wav");
+        write_wav(&path, &[&[0.25; 40]], 8000, SampleFormat::Pcm16).unwrap();
+        let mut bytes = std::fs::read(&path).unwrap();
+        let at = bytes.windows(4).position(|four| four == b"fmt ").unwrap();
+        bytes[at + 10..at + 12].copy_from_slice(&4097_u16.to_le_bytes());
+        let refused = parse_wav(&path, &bytes).unwrap_err().to_string();
+        assert!(
+            refused.contains("at most 4096 channels, found 4097"),
+            "{refused}"
+        );
     }
 
     #[test]

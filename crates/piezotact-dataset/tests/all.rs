@@ -20,6 +20,7 @@ mod stored_functions;
 mod support;
 mod tables;
 mod tdms;
+mod tdms_clocks;
 mod tdms_damage;
 mod uff;
 mod uff_clocks;

@@ -157,7 +157,7 @@ fn lost_samples_change_no_rate_and_move_no_marker() {
         );
         said(
             &whole.about.warnings,
-            &format!("the device lost {count} samples at 1 place"),
+            "missing between the time stamps at 1 place",
         );
         // Epochs must not be cut over them.
         let parts = segments(&path);
@@ -242,6 +242,20 @@ fn a_stream_without_a_rate_is_named() {
         refused.contains("`Force1` of no constant rate (nominal_srate 0)"),
         "{refused}"
     );
+}
+
+/// A chunk of a later version of the format: what follows it is read, and its bytes are named.
+#[test]
+fn what_follows_an_unknown_chunk_is_read() {
+    let (_folder, path) = eeg_with_markers(0..0, &steady());
+    let whole = part(&path, None);
+    let bytes = std::fs::read(&path).unwrap();
+    let end = 4 + header(1, 1, ["EEG", "lab1", "250", "double64"]).len();
+    let with = [&bytes[..end], &chunk(9, &[0; 40]), &bytes[end..]].concat();
+    std::fs::write(&path, with).unwrap();
+    let read = part(&path, None);
+    assert_eq!(read.channels(), whole.channels());
+    said(&read.about.warnings, "47 bytes of the file");
 }
 
 /// pyxdf 1.17.5: 12 876 and 14 939 samples at 93.23879 and 92.67358 Hz, the second from 411.965 s on; 175 markers.

@@ -75,6 +75,106 @@ fn times_that_fit_no_grid_have_their_mean_step() {
     assert!(said(&recording).contains("evenly sampled"));
 }
 
+/// Titles, headers and dates as laboratories have them: the rate and the start.
+#[test]
+fn titles_headers_and_dates_of_laboratories() {
+    let rows = |row: &dyn Fn(u32) -> String| (0..40).map(row).collect::<String>();
+    let ms = |k: u32| format!("{:.3}", f64::from(k) / 1000.0);
+    let plain = rows(&|k| format!("{k}.0,1.0\n"));
+    let comma = rows(&|k| format!("{k},0;1,0\n"));
+    let timed = rows(&|k| format!("{},1.0\n", ms(k)));
+    let excel = rows(&|k| format!("{:.11},{},1.0\n", 45_000.5 + f64::from(k) / 86.4e6, ms(k)));
+    let dated = rows(&|k| format!("2024-03-01,10:22:33,{},1.0\n", ms(k)));
+    for (text, hz, start) in [
+        (
+            format!("\"Sample rate [Hz]: 2.000,0\"\nacc (g);f (N)\n{comma}"),
+            2000.0,
+            None,
+        ),
+        (
+            format!("Sample rate,\"2,000 Hz\"\nacc (g),f (N)\n{plain}"),
+            2000.0,
+            None,
+        ),
+        (
+            format!("Sample rate: 60000 samples/min\nacc (g),f (N)\n{plain}"),
+            1000.0,
+            None,
+        ),
+        (
+            format!("Start: 12/31/2023 10:22:33\nSample rate: 1 kHz\nacc (g),f (N)\n{plain}"),
+            1000.0,
+            Some("2023-12-31T10:22:33.0"),
+        ),
+        (format!("# time (s),acc (m·s⁻²)\n{timed}"), 1000.0, None),
+        (
+            format!("\"time; elapsed (s)\",\"acc; nail (g)\"\n{timed}")
+                .replace("time; elapsed", "time"),
+            1000.0,
+            None,
+        ),
+        (format!("time (s),\"acc; x; y (g)\"\n{timed}"), 1000.0, None),
+        (
+            format!("Date,Elapsed (s),acc (g)\n{excel}"),
+            1000.0,
+            Some("2023-03-15T12:00:00"),
+        ),
+        (
+            format!("Date,Time,Elapsed (s),acc (g)\n{dated}"),
+            1000.0,
+            Some("2024-03-01T10:22:33.0"),
+        ),
+    ] {
+        let recording = read(&text);
+        assert!((recording.rate().hz() - hz).abs() < 1e-6, "{text}");
+        let found = recording
+            .annotations
+            .started_at
+            .as_ref()
+            .map(ToString::to_string);
+        assert_eq!(
+            found.as_deref().map(|at| &at[..19]),
+            start.map(|at| &at[..19]),
+            "{text}"
+        );
+        assert_eq!(
+            recording.channels()[0].unit,
+            Unit::MetrePerSecondSquared,
+            "{text}"
+        );
+    }
+    // Days of Excel alone are the time.
+    let excel = rows(&|k| format!("{:.11},1.0\n", 45_000.5 + f64::from(k) / 86.4e6));
+    let recording = read(&format!("Time,acc (g)\n{excel}"));
+    assert!(
+        (recording.rate().hz() - 1000.0).abs() < 1.0,
+        "{}",
+        recording.rate()
+    );
+    // A comma before three digits may be either sign where cells are not separated by commas.
+    let text = format!("Sample rate: 2,000 Hz\nacc (g);f (N)\n{comma}");
+    assert!(read_bytes(text.as_bytes(), &ReadOptions::default()).is_err());
+}
+
+/// A force cell whose file holds its potential: 1 V is 0.5 N.
+#[test]
+fn a_force_in_volts_is_calibrated() {
+    let text = "time (s),Channel B (V),acc (g)\n0,2,1\n0.001,4,1\n0.002,6,1\n";
+    let recording = read_bytes(text.as_bytes(), &stated(None, &[("Channel B", "0.5 N")])).unwrap();
+    let channel = &recording.channels()[0];
+    assert_eq!(
+        (&channel.unit, channel.samples.as_slice()),
+        (&Unit::Newton, &[1.0, 2.0, 3.0][..])
+    );
+    for (name, unit) in [("Channel B", "N"), ("acc", "0.5 N")] {
+        let refused = read_bytes(text.as_bytes(), &stated(None, &[(name, unit)])).unwrap_err();
+        assert!(
+            refused.to_string().contains("as the file states it"),
+            "{refused}"
+        );
+    }
+}
+
 /// The unit of a time column is stated as that of a channel is.
 #[test]
 fn the_unit_of_a_time_is_stated() {

@@ -7,6 +7,7 @@ use std::fmt::Write as _;
 use piezotact::lineage::Lineage;
 use piezotact::quantity::{Band, Hertz};
 use piezotact::recording::{Condition, Recording};
+use piezotact::roles::Roles;
 use piezotact::statistics::{mean, peak, standard_deviation};
 use piezotact::transfer::{Limits, StoredIdentities};
 use piezotact::warning::{merged, merged_of};
@@ -54,6 +55,15 @@ fn recording_text(args: &Info, contents: &Contents) -> String {
     let recording = &contents.recording;
     let mut text = format!("{}\n  {}, ", args.file.display(), contents.kind);
     text.push_str(&channels_text(recording));
+    let (roles, _) = Roles::guess(recording);
+    let others = roles.without_part(recording);
+    if !others.is_empty() {
+        let _never_fails = write!(
+            text,
+            "\n  without a role: {} (roles: --vibration, --normal-force, --tangential-force, --motion of strokes)",
+            others.join(", ")
+        );
+    }
     text.push_str(&condition_text(&recording.about.condition));
     text.push_str(&origin_text(contents));
     if let Some(setup) = &contents.setup {

@@ -97,7 +97,11 @@ fn header_line(lines: &[(usize, usize, &str)], stated: Option<u8>) -> Option<usi
         .is_none_or(|(_, _, next)| is_row(next) && cells(next, delimiter(next)).count() == columns);
     if !goes_on
         || first < 2
-        || (first == 2 && columns > 1 && width(0) >= columns && width(1) >= columns)
+        || (first == 2
+            && columns > 1
+            && width(0) >= columns
+            && width(1) >= columns
+            && rate_in(&[lines[0].2], sign).is_none())
     {
         return None;
     }
@@ -107,11 +111,27 @@ fn header_line(lines: &[(usize, usize, &str)], stated: Option<u8>) -> Option<usi
         .find(|at| width(*at) == columns)
 }
 
-/// The cells of a line, without empty ones at its end. Names in quotes are not looked into: they have no separators as a rule.
+/// The cells of a line, without empty ones at its end. Separators in quotes separate nothing.
 fn cells(line: &str, delimiter: u8) -> impl Iterator<Item = &str> {
-    let line = line.trim_end_matches([char::from(delimiter), ' ', '\t']);
-    line.split(char::from(delimiter))
-        .map(|cell| cell.trim().trim_matches('"'))
+    let sign = char::from(delimiter);
+    let line = line.trim_end_matches([sign, ' ', '\t']);
+    let mut is_open = quotes(line);
+    let cells = line.split(move |letter| is_outside(letter, &mut is_open) && letter == sign);
+    cells.map(|cell| cell.trim().trim_matches('"'))
+}
+
+/// Whether a letter, of those of a line in their order, is outside of quotes; a line whose quotes do not close has none.
+fn is_outside(letter: char, is_open: &mut Option<bool>) -> bool {
+    if let Some(open) = is_open {
+        *open ^= letter == '"';
+    }
+    *is_open != Some(true)
+}
+
+/// The state before the first letter of a line.
+fn quotes(line: &str) -> Option<bool> {
+    let count = line.matches('"').count();
+    (count > 0 && count.is_multiple_of(2)).then_some(false)
 }
 
 /// What separates the cells of a row of numbers: a comma only where nothing else does.
@@ -153,7 +173,11 @@ fn are_units(line: &str, delimiter: u8) -> bool {
 /// What stands between the cells: the most frequent of tab, semicolon and comma in the header.
 fn delimiter_of(header: &str) -> u8 {
     let delimiter = [b'\t', b';', b','].into_iter().max_by_key(|d| {
-        let count = header.bytes().filter(|b| b == d).count();
+        let mut is_open = quotes(header);
+        let letters = header
+            .chars()
+            .filter(|letter| is_outside(*letter, &mut is_open));
+        let count = letters.filter(|letter| *letter == char::from(*d)).count();
         // On a tie the order above decides: max_by_key keeps the last, so tabs must count a little more.
         (
             count,
@@ -163,8 +187,8 @@ fn delimiter_of(header: &str) -> u8 {
     delimiter.unwrap_or(b',')
 }
 
-/// The rate that a line above the header states, with that line.
-pub(super) fn rate_in(above: &[&str]) -> Option<(String, SampleRate)> {
+/// The rate that a line above the header of a table states, with that line.
+pub(super) fn rate_in(above: &[&str], delimiter: u8) -> Option<(String, SampleRate)> {
     above.iter().find_map(|line| {
         let small = line.to_lowercase();
         let key = RATES
@@ -173,17 +197,34 @@ pub(super) fn rate_in(above: &[&str]) -> Option<(String, SampleRate)> {
         let rest = small.get(key..)?;
         let rest = &rest[rest.find(|c: char| c.is_ascii_digit())?..];
         let end = rest
-            .find(|c: char| !(c.is_ascii_digit() || c == '.'))
+            .find(|c: char| !(c.is_ascii_digit() || c == '.' || c == ','))
             .unwrap_or(rest.len());
-        // A comma in the number: separators of thousands or a decimal sign.
-        let (number, unit) = rest.split_at(end);
-        if unit.starts_with(',') && unit[1..].starts_with(|c: char| c.is_ascii_digit()) {
-            return None;
-        }
-        let factor = if small.contains("khz") { 1e3 } else { 1.0 };
-        let rate = SampleRate::new(number.parse::<f64>().ok()? * factor).ok()?;
+        let number = rate_number(rest[..end].trim_end_matches([',', '.']), delimiter)?;
+        let factor = match () {
+            () if small.contains("khz") => 1e3,
+            () if small.contains("/min") || small.contains("per min") => 1.0 / 60.0,
+            () => 1.0,
+        };
+        let rate = SampleRate::new(number * factor).ok()?;
         Some((line.trim().to_owned(), rate))
     })
+}
+
+/// A rate with points and commas: of both, the last is the decimal sign. A comma alone before three digits separates thousands in a table
+/// whose cells are separated by commas; elsewhere it may be either.
+fn rate_number(text: &str, delimiter: u8) -> Option<f64> {
+    let (point, comma) = (text.rfind('.'), text.rfind(','));
+    let plain = match (point, comma) {
+        (_, None) => text.to_owned(),
+        (Some(point), Some(comma)) if point > comma => text.replace(',', ""),
+        (Some(_), Some(_)) => text.replace('.', "").replace(',', "."),
+        (None, Some(comma)) => match (text.len() - comma, delimiter) {
+            (4, b',') => text.replace(',', ""),
+            (4, _) => return None,
+            _ => text.replace(',', "."),
+        },
+    };
+    plain.parse().ok()
 }
 
 /// The moment that a line above the header states as the start.

@@ -39,7 +39,7 @@ pub(crate) fn recording_of(
 ) -> Result<Recording, ReadError> {
     let all = flat(file);
     let named = all.iter().map(|(name, value)| Named::new(name, value));
-    let variables = Variables::new(named.collect(), options.rate.is_some());
+    let variables = Variables::new(named.collect(), options.rate);
     let mut found = Found::of(path, &variables)?;
     let mut options = options.clone();
     for time in &mut found.times.columns {

@@ -88,7 +88,7 @@ pub(super) struct Variables<'m> {
 }
 
 impl<'m> Variables<'m> {
-    pub(super) fn new(all: Vec<Named<'m>>, is_rate_given: bool) -> Self {
+    pub(super) fn new(all: Vec<Named<'m>>, stated: Option<SampleRate>) -> Self {
         let mut by_scope = HashMap::<String, Vec<usize>>::new();
         for (at, variable) in all.iter().enumerate() {
             by_scope.entry(variable.scope.clone()).or_default().push(at);
@@ -96,7 +96,7 @@ impl<'m> Variables<'m> {
         Self {
             all,
             by_scope,
-            is_rate_given,
+            is_rate_given: stated.is_some(),
         }
     }
 

@@ -9,6 +9,9 @@ use crate::quantity::{SampleRate, Seconds, Unit};
 use crate::recording::Recording;
 use crate::warning::Warning;
 
+/// A channel is compared with so many before it: with all, thousands of channels would take minutes.
+const MOST_COMPARED: usize = 128;
+
 /// The copies among the channels of a recording, but for the pair `told`. A digital drive and the voltage at the amplifier may
 /// legitimately be equal.
 pub(super) fn copies_in(recording: &Recording, told: Option<[&str; 2]>) -> Vec<Warning> {
@@ -20,7 +23,8 @@ pub(super) fn copies_in(recording: &Recording, told: Option<[&str; 2]>) -> Vec<W
     let sends = |unit: &Unit| matches!(unit, Unit::FullScale | Unit::Volt);
     let mut warnings = Vec::new();
     for (i, (copy, clock)) in channels.iter().enumerate().skip(1) {
-        let found = channels[..i].iter().find_map(|(of, of_clock)| {
+        let before = &channels[i.saturating_sub(MOST_COMPARED)..i];
+        let found = before.iter().find_map(|(of, of_clock)| {
             let is_told = told.is_some_and(|told| {
                 told.contains(&copy.name.as_str()) && told.contains(&of.name.as_str())
             });

@@ -119,7 +119,11 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Content, ReadError> {
         let from = cursor.at;
         let Some((tag, body, cut)) = chunk(&mut cursor) else {
             cursor.at = from;
-            content.skipped += skip(&mut cursor);
+            match behind_unknown(bytes, from) {
+                Some(next) => cursor.at = next,
+                None => _ = skip(&mut cursor),
+            }
+            content.skipped += cursor.at - from;
             continue;
         };
         content.incomplete |= cut;
@@ -197,6 +201,16 @@ fn chunk<'a>(cursor: &mut Cursor<'a>) -> Option<(u16, &'a [u8], bool)> {
             Some((tag, rest, true))
         }
     }
+}
+
+/// Where the chunk at `from` ends, which has an unknown tag: its length holds where another chunk or the end of the file follows.
+fn behind_unknown(bytes: &[u8], from: usize) -> Option<usize> {
+    let mut cursor = Cursor { bytes, at: from };
+    let length = cursor.length()?.checked_sub(2)?;
+    cursor.unsigned(2)?;
+    cursor.take(length)?;
+    let end = cursor.at;
+    (end == bytes.len() || chunk(&mut cursor).is_some()).then_some(end)
 }
 
 /// Goes on behind the next boundary; the number of bytes up to there.

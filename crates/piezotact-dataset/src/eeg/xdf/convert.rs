@@ -257,7 +257,7 @@ fn segment(
     losses.stretches_s.clone_from(&places_s);
     if !places_s.is_empty() {
         warnings.push(Warning::from(RecordingWarning::SamplesLost {
-            by: LostBy::Device {
+            by: LostBy::Stamps {
                 gaps: places_s.len(),
                 samples: losses.samples,
                 longest_s: losses.longest().0,

@@ -159,7 +159,7 @@ fn parse_xdf(path: &Path, bytes: &[u8]) -> Result<XdfFile, ReadError> {
     }
     if stored.skipped > 0 {
         let what = format!(
-            "{} bytes of the file are damaged, and were left out",
+            "{} bytes of the file are damaged or of an unknown kind, and were left out",
             stored.skipped
         );
         warnings.push(Warning::from(RecordingWarning::Guessed { what }));
