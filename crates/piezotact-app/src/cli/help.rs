@@ -109,6 +109,7 @@ const USUAL: [(&str, &[&str]); 26] = [
     (
         "eeg epochs",
         &[
+            "out",
             "event",
             "epoch",
             "without",
