@@ -72,6 +72,29 @@ def onsets(path):
     return np.round([one["onset"] * raw.info["sfreq"] for one in own]), raw
 
 
+def epochs_of(raw, names, picks, **options):
+    events, names = mne.events_from_annotations(raw, event_id={marker: code for code, marker in enumerate(names, 1)})
+    return mne.Epochs(raw, events, names, tmin=-1.0, tmax=0.8, baseline=None, preload=True, picks=picks, **options)
+
+
+def epochs_are_handed_over(folder, check):
+    """What `eeg epochs --out` writes is what MNE cuts and rejects from the same recording: values, times, events."""
+    limit_uv = 60
+    events = [word for surface in SURFACES for word in ("--event", f"control/{surface}={surface}")]
+    command = f"eeg epochs P03_control.vhdr --participant P03 --task control --epoch -1.0,0.8 --reject-above {limit_uv} --out epochs.vhdr --json".split()
+    counts = json.loads(done([PROGRAM, *command, *events], folder))["counts"]["conditions"]
+    ours = mne.io.read_raw(folder / "epochs.vhdr", preload=True)
+    whole = mne.io.read_raw(folder / "P03_control.vhdr", preload=True)
+    markers = [next(one for one in whole.annotations.description if one.endswith(f"control/{surface}")) for surface in SURFACES]
+    handed = epochs_of(ours, [f"Stimulus/{surface}" for surface in SURFACES], ours.ch_names)
+    cut = epochs_of(whole, markers, ours.ch_names, reject={"eeg": limit_uv * 1e-6})
+    assert 0 < len(cut) < 90 and sum(one["kept"] for one in counts) == len(cut), (len(cut), counts)
+    assert list(handed.events[:, 2]) == list(cut.events[:, 2]) and np.array_equal(handed.times, cut.times)
+    # Both are in 32 bits.
+    check("epochs handed over, V", np.abs(handed.get_data() - cut.get_data()).max(), 1e-11)
+    print(f"epochs: {len(cut)} of 90 handed over, the others rejected in MNE too")
+
+
 def main():
     mne.set_log_level("ERROR")
     checks = []
@@ -83,6 +106,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         folder = pathlib.Path(folder)
         recorded(folder)
+        epochs_are_handed_over(folder, check)
         clean = [sys.executable, GUIDE / "recipes/clean.py", "P03_control.vhdr", "P03_clean.vhdr", "--eog", "VEOG,HEOG"]
         assert "taken out" in done(clean, folder)
         of_components = percent_at_c3(folder, "P03_clean.vhdr")

@@ -226,6 +226,31 @@ fn epochs_are_counted() {
         assert!(report.contains(part), "expected `{part}` in the report");
     }
     assert_eq!(read(&folder, "e.csv").lines().nth(1), Some("M8,5,4,1,0"));
+    // What is written holds the epochs that are kept, each whole, with its marker, and nothing else.
+    with_events(&folder, &format!("{command} --out kept.vhdr")).expect_success();
+    let again = "eeg epochs kept.vhdr --epoch -1.0,0.8 --event M8 --event BIO";
+    let document = run(&folder, &format!("{again} --json")).json();
+    let counts = document["counts"]["conditions"].as_array().unwrap();
+    for (of, kept) in counts.iter().zip([4, 5]) {
+        let found = ["markers", "kept", "left_out"].map(|key| of[key].as_u64());
+        assert_eq!(found, [Some(kept), Some(kept), Some(0)], "{of}");
+    }
+    let wider = run(&folder, "eeg epochs kept.vhdr --epoch -1.0,0.9 --event M8");
+    wider.expect_failure(1, &[]);
+    // A marker outside of its epoch has no place; without an epoch nothing is written.
+    for (options, code, part) in [
+        (
+            "--epoch 0.1,0.8 --out o.vhdr",
+            2,
+            "epochs that hold their marker",
+        ),
+        ("--epoch -1.0,0.8 --reject-above 1 --out o.vhdr", 1, ""),
+        ("--epoch -1.0,0.8 --out o.fif", 2, "vhdr"),
+    ] {
+        let refused = with_events(&folder, &format!("eeg epochs a.vhdr {options}"));
+        refused.expect_failure(code, &[part]);
+        assert!(!folder.path("o.vhdr").exists(), "{options}");
+    }
 }
 
 /// One task of one person: the power at C3 falls by the share that the recording was made with, and not at C4.

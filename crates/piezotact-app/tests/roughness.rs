@@ -353,7 +353,7 @@ fn what_cannot_be_is_refused() {
     );
     folder.write("empty.csv", "");
     folder.write("volts.csv", whole.replace("z (um)", "z (V)"));
-    let usage: [(&[&str], &[&str]); 13] = [
+    let usage: [(&[&str], &[&str]); 15] = [
         (&["--cutoff", "0mm"], &["above zero", "`0mm`", "2.5mm"]),
         (&["--cutoff", "-2.5mm"], &["above zero", "`-2.5mm`"]),
         (&["--cutoff", "NaNmm"], &["above zero", "`NaNmm`"]),
@@ -375,6 +375,8 @@ fn what_cannot_be_is_refused() {
             &["--filter none with --periodic"],
         ),
         (&["--x-unit", "V"], &["unit of length", "`V`"]),
+        (&["--along", "x"], &["height map", "found a profile"]),
+        (&["--along", "z"], &["along the rows"]),
         (&["--csv", "line.csv"], &["line.csv", "would be replaced"]),
     ];
     for (options, parts) in usage {
@@ -450,4 +452,56 @@ fn a_units_statement_that_the_file_contradicts_is_said() {
     let warning = value["warnings"][0]["text"].as_str().unwrap();
     assert!(warning.contains("was not used"), "{warning}");
     check(&value, "Ra", 2.0 / std::f64::consts::PI, 0.02);
+}
+
+/// Dots of 12 µm on a square of 80 µm, one of them not measured, with the lines along x.
+#[test]
+fn a_map_of_dots_gives_its_period_and_the_ra_of_its_lines() {
+    let folder = Folder::new();
+    let mut text = String::new();
+    for row in 0..200 {
+        for column in 0..240 {
+            let off = |at: i32| f64::from((at * 2 + 40).rem_euclid(80) - 40);
+            let height = 12.0 * f64::from(u8::from(off(row).hypot(off(column)) < 15.0));
+            if (row, column) == (50, 60) {
+                text.push_str("NaN ");
+            } else {
+                write!(text, "{height} ").unwrap();
+            }
+        }
+        text.push('\n');
+    }
+    folder.write("dots.txt", text);
+    let options = [
+        "--step", "2um", "--z-unit", "um", "--along", "x", "--cutoff", "0.08mm",
+    ];
+    let mut words = vec!["roughness", "dots.txt"];
+    words.extend(options);
+    let done = folder.run(&words);
+    done.expect_success();
+    for part in [
+        "Texture of dots: period 80 µm and 80 µm",
+        "1 with points",
+        "199 lines along x",
+    ] {
+        assert!(done.out().contains(part), "{part}: {}", done.out());
+    }
+    words.push("--json");
+    let value = folder.run(&words).json();
+    let texture = &value["texture"];
+    check(texture, "period_um", 80.0, 0.005);
+    check(texture, "height_um", 12.0, 0.05);
+    check(texture, "width_um", 30.0, 0.05);
+    assert_eq!(texture["kind"], "dots");
+    let lines = &value["lines"];
+    assert_eq!(
+        (lines["lines"].as_u64(), lines["incomplete"].as_u64()),
+        (Some(199), Some(1))
+    );
+    assert_eq!(lines["cutoff_by"], "stated");
+    assert!(lines["mean"]["Ra"].as_f64() > Some(0.5) && lines["law"].is_null());
+    words.pop();
+    words.extend(["--report", "r.html"]);
+    folder.run(&words).expect_success();
+    self_contained(&std::fs::read_to_string(folder.path("r.html")).unwrap());
 }

@@ -13,6 +13,7 @@ use piezotact_surface::{HeightsFault, SurfaceWarning};
 use std::f64::consts::{PI, TAU};
 
 use crate::shared_data::shared;
+use crate::support::noise;
 use piezotact::surface::HeightMap;
 use piezotact_surface::{
     ArealConfig, ArealRoughness, Cutoff, Ends, Form, HeightProfile, ProfileConfig, ProfileFilter,
@@ -58,21 +59,6 @@ fn within(what: &str, got: f64, expected: f64, tolerance: f64) {
         error <= tolerance,
         "{what}: {got} against {expected}, {error:.2e} off"
     );
-}
-
-/// Sums of twelve uniform numbers less six, from Knuth's linear congruential generator.
-fn noise(seed: u64) -> impl Iterator<Item = f64> {
-    let mut state = seed;
-    std::iter::from_fn(move || {
-        let mut total = 0.0;
-        for _ in 0..12 {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1_442_695_040_888_963_407);
-            total += (state >> 11) as f64 / (1u64 << 53) as f64;
-        }
-        Some(total - 6.0)
-    })
 }
 
 fn rough_profile(points: usize) -> Vec<f64> {

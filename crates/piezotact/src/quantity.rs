@@ -398,6 +398,7 @@ impl Unit {
             "nm" => (Self::Metre, 1e-9),
             "m/s" | "m·s-1" | "m.s-1" => (Self::MetrePerSecond, 1.0),
             "mm/s" | "mm·s-1" | "mm.s-1" => (Self::MetrePerSecond, 1e-3),
+            "um/s" | "um·s-1" | "um.s-1" => (Self::MetrePerSecond, 1e-6),
             "rad/s" => (Self::RadianPerSecond, 1.0),
             "deg/s" | "°/s" | "dps" => (Self::RadianPerSecond, std::f64::consts::PI / 180.0),
             "s" | "sec" => (Self::Second, 1.0),
@@ -548,6 +549,7 @@ mod tests {
             ("g", Unit::MetrePerSecondSquared, 9.80665),
             ("µV", Unit::Volt, 1e-6),
             ("mm/s", Unit::MetrePerSecond, 1e-3),
+            ("µm/s", Unit::MetrePerSecond, 1e-6),
             ("counts", Unit::Other("counts".into()), 1.0),
         ] {
             assert_eq!(Unit::parse(text), (unit, factor), "{text}");

@@ -6,6 +6,7 @@ mod clock;
 mod losses;
 mod lost;
 mod rehearsal;
+mod velocity;
 mod warning;
 
 use std::collections::BTreeSet;

@@ -83,9 +83,10 @@ impl Roles {
 
     /// The roles inferred from the units and names of the channels, with warnings about guesses.
     ///
-    /// An acceleration vibrates; without one, the channels that are called so, or else every channel that is neither
-    /// force, motion, drive nor proximity. Forces are channels in N: `fz`, `fn`, `load` or a name with "normal" is the normal one, `fx`, `fy`,
-    /// `ft` or a name with "tang" or "friction" are tangential, and a force alone is the normal one.
+    /// An acceleration vibrates; without one, a channel of speed that is called as a vibrometer or a vibration, which is never the motion;
+    /// without one, the channels that are called so, or else every channel that is neither force, motion, drive nor proximity. Forces are
+    /// channels in N: `fz`, `fn`, `load` or a name with "normal" is the normal one, `fx`, `fy`, `ft` or a name with "tang" or "friction" are
+    /// tangential, and a force alone is the normal one.
     #[must_use]
     pub fn guess(recording: &Recording) -> (Self, Vec<Warning>) {
         let mut warnings = Vec::new();
@@ -268,8 +269,9 @@ fn forces(channels: &[Channel], warnings: &mut Vec<Warning>) -> (Option<String>,
 
 /// The channel in `unit`, a speed or a position, that says how surface and finger move.
 fn moving(channels: &[Channel], unit: &Unit, warnings: &mut Vec<Warning>) -> Option<String> {
-    let all = in_unit(channels, unit);
-    let known = |c: &&&Channel| is_called(c, &["speed", "platform", "encoder", "stage"], &["v"]);
+    let mut all = in_unit(channels, unit);
+    all.retain(|c| !is_velocity_of_vibration(c));
+    let known = |c: &&&Channel| is_called(c, &MOVING, &["v"]);
     let chosen = all.iter().find(known).or(all.first())?;
     if all.len() > 1 {
         warnings.push(Warning::from(RecordingWarning::ChannelChosen {
@@ -281,8 +283,25 @@ fn moving(channels: &[Channel], unit: &Unit, warnings: &mut Vec<Warning>) -> Opt
     Some(chosen.name.clone())
 }
 
+/// Words in the name of a channel of speed that says how surface and finger move.
+const MOVING: [&str; 4] = ["speed", "platform", "encoder", "stage"];
+
+/// Whether a channel is the velocity of a vibration, as a laser vibrometer measures it, by its unit and its name.
+fn is_velocity_of_vibration(channel: &Channel) -> bool {
+    channel.unit == Unit::MetrePerSecond
+        && is_called(channel, &["vib", "ldv", "laser", "doppler", "polytec"], &[])
+        && !is_called(channel, &MOVING, &[])
+}
+
 fn vibrating(channels: &[Channel], warnings: &mut Vec<Warning>) -> Vec<String> {
-    match in_unit(channels, &Unit::MetrePerSecondSquared).as_slice() {
+    let mut measured = in_unit(channels, &Unit::MetrePerSecondSquared);
+    if measured.is_empty() {
+        measured = channels
+            .iter()
+            .filter(|c| is_velocity_of_vibration(c))
+            .collect();
+    }
+    match measured.as_slice() {
         [] => {
             let others = without_acceleration(channels);
             if others.len() > 1 {
@@ -420,6 +439,24 @@ mod tests {
             "{said}"
         );
         assert_eq!(roles.without_part(&recording), ["lateral"]);
+    }
+
+    #[test]
+    fn the_velocity_of_a_vibrometer_vibrates_and_is_no_motion() {
+        let guess = |channels: &[(&str, Unit)]| Roles::guess(&recording(channels)).0;
+        let ldv = || ("LDV velocity", Unit::MetrePerSecond);
+        let of = guess(&[ldv(), ("stage", Unit::Metre)]);
+        assert_eq!(of.vibration, ["LDV velocity"]);
+        assert_eq!(of.motion, Some(Motion::Position("stage".into())));
+        let of = guess(&[ldv(), ("v", Unit::MetrePerSecond)]);
+        assert_eq!(of.motion, Some(Motion::Speed("v".into())));
+        assert_eq!(guess(&[ldv(), ("fz", Unit::Newton)]).motion, None);
+        // An acceleration goes before it; a laser that measures the speed of the stage is none.
+        let of = guess(&[ldv(), ("acc", Unit::MetrePerSecondSquared)]);
+        assert_eq!((of.vibration, of.motion), (vec!["acc".to_owned()], None));
+        let of = guess(&[("laser stage", Unit::MetrePerSecond)]);
+        assert_eq!(of.motion, Some(Motion::Speed("laser stage".into())));
+        assert!(of.vibration.is_empty());
     }
 
     #[test]

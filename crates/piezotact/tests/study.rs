@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
 use crate::known_cuts::{Kind, RATE_HZ, Random, recorded};
+use piezotact::Warning;
 use piezotact::compare::{CompareWarning, Mixed};
 use piezotact::discrimination::Model;
 use piezotact::document::Document;
@@ -10,6 +11,7 @@ use piezotact::quantity::{Band, Hertz, Newtons, SampleRate, Unit};
 use piezotact::recording::{
     Channel, Condition, NotUsed, Provenance, Recording, RecordingWarning, Touch,
 };
+use piezotact::statistics::correlation;
 use piezotact::stroke::{Cut, Cuts, Judging, StrokeWarning};
 use piezotact::study::{
     AnalysedRecording, AnalysisDocument, Breadth, ComparisonDocument, CutsDocument, Factor,
@@ -184,6 +186,61 @@ fn stated_channels_count_before_guessed_ones_and_must_be_there() {
     }
     let every = with(&|stated| stated.judging = Judging::ContactOnly).unwrap();
     assert!(every.segmentation.rule.sentence().contains("slides or not"));
+}
+
+/// The recording of [`of`] with what vibrates as the velocity of a laser vibrometer.
+fn by_vibrometer(called: &str) -> Recorded {
+    let mut recorded = of("a", 3, Condition::default());
+    let rate = recorded.recording.rate();
+    let mut channels = recorded.recording.channels().to_vec();
+    let mut velocity = 0.0;
+    for value in &mut channels[0].samples {
+        velocity += *value / rate.hz();
+        *value = velocity;
+    }
+    channels[0].name = called.into();
+    channels[0].unit = Unit::MetrePerSecond;
+    let (own, provenance) = (Condition::default(), Provenance::default());
+    recorded.recording = Recording::new(channels, rate, own, provenance).unwrap();
+    recorded
+}
+
+#[test]
+fn the_velocity_of_a_vibrometer_is_differentiated_and_stated() {
+    let is_stated = |take: &AnalysedRecording| {
+        let guessed = |warning: &Warning| match warning.kind() {
+            Some(RecordingWarning::Guessed { what }) => what.contains("velocity of the vibration"),
+            _ => false,
+        };
+        take.warnings().iter().any(guessed)
+    };
+    let usual = cut(of("a", 3, Condition::default()), &Stated::nothing()).unwrap();
+    assert!(!is_stated(&usual));
+    let take = cut(by_vibrometer("LDV"), &Stated::nothing()).unwrap();
+    assert!(is_stated(&take));
+    assert_eq!(take.segmentation.roles.motion, None);
+    assert_eq!(
+        take.segmentation.strokes.len(),
+        usual.segmentation.strokes.len()
+    );
+    let channel = &take.recording.channels()[0];
+    assert_eq!(channel.unit, Unit::MetrePerSecondSquared);
+    // Slow parts are those of the acceleration: sums of 50 samples.
+    let slow = |take: &AnalysedRecording| {
+        let samples = take.recording.channels()[0].samples.chunks_exact(50);
+        samples.map(|part| part.iter().sum()).collect::<Vec<f64>>()
+    };
+    assert!(correlation(&slow(&take), &slow(&usual)) > 0.95);
+    // Under another name it is a speed, unless a person names it.
+    let other = cut(by_vibrometer("velocity"), &Stated::nothing()).unwrap();
+    assert!(other.segmentation.roles.motion.is_some() && !is_stated(&other));
+    let stated = Stated {
+        vibration: vec!["velocity".into()],
+        ..Stated::nothing()
+    };
+    let named = cut(by_vibrometer("velocity"), &stated).unwrap();
+    assert!(is_stated(&named));
+    assert_eq!(named.segmentation.roles.motion, None);
 }
 
 #[test]

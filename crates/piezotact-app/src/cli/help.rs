@@ -109,6 +109,7 @@ const USUAL: [(&str, &[&str]); 26] = [
     (
         "eeg epochs",
         &[
+            "out",
             "event",
             "epoch",
             "without",
@@ -226,8 +227,8 @@ const USUAL: [(&str, &[&str]); 26] = [
     (
         "roughness",
         &[
-            "standard", "cutoff", "filter", "form", "x-unit", "z-unit", "csv", "report", "json",
-            "figures",
+            "standard", "cutoff", "filter", "form", "along", "x-unit", "z-unit", "csv", "report",
+            "json", "figures",
         ],
     ),
     (

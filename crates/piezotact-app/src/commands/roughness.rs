@@ -7,10 +7,10 @@ use clap::Args;
 use piezotact::quantity::{Measure, Unit};
 use piezotact::surface::HeightMap;
 use piezotact_surface::{
-    ArealConfig, ArealRoughness, Cutoff, EvaluatedSurface, Form, MeasuredProfile, ProfileFilter,
-    ProfileRoughness, ProfileStandard, Roughness as Evaluated, RoughnessError, RoughnessOptions,
-    RoughnessSet, ShortWaves, Topography, TopographyKind, TopographyOptions, areal_roughness,
-    evaluated_profile, read_topography, topography_formats,
+    ArealConfig, ArealRoughness, Cutoff, EvaluatedSurface, Form, LineDirection, MeasuredProfile,
+    ProfileFilter, ProfileRoughness, ProfileStandard, Roughness as Evaluated, RoughnessError,
+    RoughnessOptions, RoughnessSet, ShortWaves, Topography, TopographyKind, TopographyOptions,
+    areal_roughness, evaluated_profile, line_roughness, read_topography, topography_formats,
 };
 
 use crate::deliver::{Outputs, deliver};
@@ -83,8 +83,20 @@ pub(crate) struct Arguments {
     /// The spacing of the points in a text file without coordinates, such as 0.5um.
     #[arg(long, value_name = "LENGTH", value_parser = length, allow_hyphen_values = true)]
     step: Option<f64>,
+    /// Also evaluates the lines of a height map along its rows (x) or columns (y) as profiles: Ra, Rz and Rq beside Sa, and the
+    /// slope of their spectrum.
+    #[arg(long, value_name = "x|y", value_parser = direction)]
+    along: Option<LineDirection>,
     #[command(flatten)]
     outputs: Outputs,
+}
+
+fn direction(text: &str) -> Result<LineDirection, String> {
+    match text {
+        "x" => Ok(LineDirection::X),
+        "y" => Ok(LineDirection::Y),
+        _ => Err("expected x (along the rows) or y (along the columns)".into()),
+    }
 }
 
 /// A length with its unit, in m.
@@ -166,8 +178,15 @@ fn evaluated(args: &Arguments, file: &Path) -> Outcome<EvaluatedSurface> {
     };
     let read = read_topography(file, &options)?;
     nothing_stated_in_vain(args, file, read.kind)?;
+    let mut lines = None;
     let roughness = match &read.topography {
         Topography::Profile(profile) => {
+            if args.along.is_some() {
+                return Err(usage(anyhow!(
+                    "{}: expected a height map for --along, found a profile; leave the option out",
+                    file.display()
+                )));
+            }
             let measured = MeasuredProfile {
                 profile,
                 kind: read.profile_kind,
@@ -175,13 +194,23 @@ fn evaluated(args: &Arguments, file: &Path) -> Outcome<EvaluatedSurface> {
             };
             Evaluated::Profile(Box::new(of_line(args, file, measured)?))
         }
-        Topography::Map(map) => Evaluated::Map(Box::new(of_map(args, file, map)?)),
+        Topography::Map(map) => {
+            let of_lines = |along| {
+                line_roughness(map, along, &wish(args, file)?)
+                    .map_err(|error| refused(file, &error))
+            };
+            let of_map = of_map(args, file, map)?;
+            lines = args.along.map(of_lines).transpose()?;
+            Evaluated::Map(Box::new(of_map))
+        }
     };
-    let more = roughness.warnings().iter().cloned();
+    let of_lines = lines.iter().flat_map(|lines| &lines.warnings);
+    let more = roughness.warnings().iter().chain(of_lines).cloned();
     Ok(EvaluatedSurface {
         file: file.to_owned(),
         format: read.kind.to_string(),
         warnings: read.warnings.into_iter().chain(more).collect(),
+        lines,
         instrument: read.instrument,
         roughness,
     })
@@ -223,6 +252,11 @@ fn of_line(
     file: &Path,
     measured: MeasuredProfile<'_>,
 ) -> Outcome<ProfileRoughness> {
+    evaluated_profile(measured, &wish(args, file)?).map_err(|error| refused(file, &error))
+}
+
+/// How profiles are to be evaluated.
+fn wish(args: &Arguments, file: &Path) -> Outcome<RoughnessOptions> {
     let without_filter = args.filter == Some(FilterName::None);
     if without_filter && args.s_filter.is_some_and(|s| s != ShortWaves::Kept) {
         return Err(contradiction(
@@ -238,7 +272,7 @@ fn of_line(
             "--filter none with --periodic",
         ));
     }
-    let wish = RoughnessOptions {
+    Ok(RoughnessOptions {
         standard: match args.standard {
             Some(StandardName::Iso21920) => ProfileStandard::Iso21920,
             Some(StandardName::Iso4287) | None => ProfileStandard::Iso4287,
@@ -254,8 +288,7 @@ fn of_line(
             (None, false) => None,
         },
         short_waves: args.s_filter,
-    };
-    evaluated_profile(measured, &wish).map_err(|error| refused(file, &error))
+    })
 }
 
 fn of_map(args: &Arguments, file: &Path, map: &HeightMap) -> Outcome<ArealRoughness> {
@@ -277,9 +310,9 @@ fn s_nesting_of_map(args: &Arguments, file: &Path) -> Outcome<Option<f64>> {
         ("--standard", args.standard.is_some()),
         ("--periodic", args.periodic),
     ] {
-        if given {
+        if given && args.along.is_none() {
             return Err(usage(anyhow!(
-                "{}: expected a profile for {option}, found a height map; leave the option out",
+                "{}: expected a profile for {option}, found a height map; leave the option out, or state --along",
                 file.display()
             )));
         }
@@ -287,6 +320,7 @@ fn s_nesting_of_map(args: &Arguments, file: &Path) -> Outcome<Option<f64>> {
     let s_nesting_m = match args.s_filter {
         None | Some(ShortWaves::Kept) => None,
         Some(ShortWaves::Stated(s_m)) => Some(s_m),
+        Some(ShortWaves::Iso3274) if args.along.is_some() => None,
         Some(ShortWaves::Iso3274) => {
             return Err(usage(anyhow!(
                 "{}: expected a profile for --s-filter iso, found a height map; state a length, or leave the option out",

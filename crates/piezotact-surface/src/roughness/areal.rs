@@ -3,12 +3,13 @@
 use crate::roughness::{HeightsFault, SurfaceWarning};
 use serde::{Deserialize, Serialize};
 
-use super::autocorrelation::{CentralLobe, LEVEL, central_lobe};
+use super::autocorrelation::{CentralLobe, Correlogram, LEVEL};
 use super::plausible;
 use super::section::Amplitudes;
+use super::texture::texture;
 use super::{
-    Extent as _, Form, HeightMap, RoughnessError, STEPS_PER_CUTOFF, map_mean_surface, mean,
-    remove_map_form,
+    Extent as _, Form, HeightMap, RoughnessError, STEPS_PER_CUTOFF, Texture, map_mean_surface,
+    mean, remove_map_form,
 };
 use piezotact::warning::Warning;
 
@@ -50,6 +51,8 @@ pub struct ArealRoughness {
     /// Texture aspect ratio Str, 0–1: 1 where all directions are alike, towards 0 for ridges. Absent when
     /// the autocorrelation does not fall to 0.2 in every direction within half the map.
     pub str_ratio: Option<f64>,
+    /// Whether the surface repeats itself, and how; absent for a flat map.
+    pub texture: Option<Texture>,
     /// The surface that was evaluated, after form and filters.
     pub surface: HeightMap,
     /// How it was evaluated.
@@ -93,7 +96,8 @@ pub fn areal_roughness(
     let measured = surface.heights_m().iter().copied().filter(|z| !z.is_nan());
     let heights = Amplitudes::of(measured);
     let slopes = slopes(&surface);
-    let lobe = (heights.rms_m > 0.0).then(|| central_lobe(&surface));
+    let correlogram = (heights.rms_m > 0.0).then(|| Correlogram::of(&surface));
+    let lobe = correlogram.as_ref().map(Correlogram::lobe);
     let mut warnings = Vec::new();
     if map.missing_share() > 0.0 {
         warnings.push(Warning::from(SurfaceWarning::Heights {
@@ -122,6 +126,7 @@ pub fn areal_roughness(
         sdr: slopes.map(|(_, area)| area),
         sal_m: lobe.and_then(|lobe| lobe.nearest_m()),
         str_ratio: lobe.and_then(|lobe| lobe.aspect_ratio()),
+        texture: correlogram.map(|correlogram| texture(&surface, &correlogram)),
         surface,
         config: config.clone(),
         warnings,

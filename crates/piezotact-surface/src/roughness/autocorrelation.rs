@@ -46,24 +46,20 @@ impl CentralLobe {
     }
 }
 
-/// The central lobe of the autocorrelation of `map`, whose heights are about zero and not all zero.
+/// The autocorrelation at lags of up to half the map each way, zero lag in the middle.
 ///
 /// Formula: mean of z(r)·z(r + τ) over the pairs of measured points at lag τ, over the mean of z².
-pub(super) fn central_lobe(map: &HeightMap) -> CentralLobe {
-    Correlogram::of(map).lobe()
-}
-
-/// The autocorrelation at lags of up to half the map each way, zero lag in the middle.
-struct Correlogram {
-    values: Vec<f64>,
+pub(super) struct Correlogram {
+    pub(super) values: Vec<f64>,
     /// The largest lag in rows and in columns.
-    most: (usize, usize),
-    step_x_m: f64,
-    step_y_m: f64,
+    pub(super) most: (usize, usize),
+    pub(super) step_x_m: f64,
+    pub(super) step_y_m: f64,
 }
 
 impl Correlogram {
-    fn of(map: &HeightMap) -> Self {
+    /// That of `map`, whose heights are about zero and not all zero.
+    pub(super) fn of(map: &HeightMap) -> Self {
         let most = (map.rows() / 2, map.columns() / 2);
         let largest = map.heights_m().iter().fold(0.0f64, |m, z| m.max(z.abs()));
         let heights = map.heights_m().iter();
@@ -139,7 +135,8 @@ impl Correlogram {
         points
     }
 
-    fn lobe(&self) -> CentralLobe {
+    /// The part round zero lag that stays above the level.
+    pub(super) fn lobe(&self) -> CentralLobe {
         let (mut nearest_m, mut farthest_m) = (f64::INFINITY, 0.0f64);
         let mut reached_m = f64::INFINITY;
         for at in self.connected() {
@@ -265,7 +262,7 @@ mod tests {
         let wave = |points: f64, i: usize| (i as f64 / points * std::f64::consts::TAU).cos();
         let z = |i: usize| wave(25.0, i % 200) * wave(50.0, i / 200);
         let map = HeightMap::new((0..40_000).map(z).collect(), 200, 1e-6, 1e-6).unwrap();
-        let lobe = central_lobe(&map);
+        let lobe = Correlogram::of(&map).lobe();
         let at_level = (0.2f64).acos() / std::f64::consts::TAU;
         // overlaps hold no whole number of waves
         let nearest_m = lobe.nearest_m().unwrap();
@@ -281,7 +278,7 @@ mod tests {
     fn ridges_leave_the_aspect_open() {
         let z = |i: usize| ((i % 60) as f64 / 20.0 * std::f64::consts::TAU).cos();
         let map = HeightMap::new((0..3600).map(z).collect(), 60, 1e-6, 1e-6).unwrap();
-        let lobe = central_lobe(&map);
+        let lobe = Correlogram::of(&map).lobe();
         assert_eq!(lobe.aspect_ratio(), None);
         assert!((lobe.nearest_m().unwrap() - 4.36e-6).abs() < 0.2e-6);
     }

@@ -1,8 +1,10 @@
 //! How large a surface is and how its roughness was computed, in words.
 
 use super::{
-    ArealRoughness, Cutoff, Ends, Form, ProfileFilter, ProfileRoughness, ProfileStandard, Roughness,
+    ArealRoughness, Cutoff, Ends, Form, LineRoughness, ProfileFilter, ProfileRoughness,
+    ProfileStandard, Roughness, Texture, TextureKind,
 };
+use piezotact::criterion::Outcome;
 use piezotact::number::digits_that_count;
 
 /// The unit that a length of this size, m, is read in, and how many of it make a metre.
@@ -93,6 +95,88 @@ impl Roughness {
             Self::Profile(roughness) => of_profile(roughness),
             Self::Map(roughness) => of_map(roughness),
         }
+    }
+}
+
+impl Texture {
+    /// The period and the elements in a sentence, or why there is none.
+    ///
+    /// Source: docs/decisions/roughness.md.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let Some(found) = &self.periodic else {
+            let why = (self.criteria.iter()).find(|criterion| criterion.outcome != Outcome::Met);
+            return match why {
+                Some(criterion) => format!("No period: {criterion}."),
+                None => "No period: the autocorrelation has no clear maximum up to a quarter of the map.".into(),
+            };
+        };
+        let (what, second) = match (found.kind, found.second_period_m) {
+            (TextureKind::Ridges, _) => ("width", String::new()),
+            (_, Some(second_m)) => ("diameter", format!(" and {}", length_text(second_m))),
+            (_, None) => ("diameter", String::new()),
+        };
+        let height = match found.kind {
+            TextureKind::Pits => "depth",
+            TextureKind::Dots | TextureKind::Ridges => "height",
+        };
+        let dots = found.dots.map_or_else(String::new, |(count, spread_m)| {
+            format!(
+                " ({count} whole {}, standard deviation {})",
+                found.kind,
+                length_text(spread_m)
+            )
+        });
+        format!(
+            "Texture of {}: period {}{second} ({:.1}° from x), {height} {}, {what} at half of it {}{dots}.",
+            found.kind,
+            length_text(found.period_m),
+            found.direction_deg,
+            length_text(found.height_m),
+            length_text(found.width_m)
+        )
+    }
+}
+
+impl LineRoughness {
+    /// Ra, Rz and Rq of the lines, how they were evaluated, and the slope of their spectrum, in words.
+    ///
+    /// Source: docs/decisions/roughness.md.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let values = ["Ra", "Rz", "Rq"].map(|symbol| {
+            let mut parameters = self.parameters.iter();
+            let found = parameters.find(|parameter| parameter.mean.symbol == symbol);
+            let deviation = found.and_then(|found| found.deviation).unwrap_or(0.0);
+            let value = found.map_or_else(|| "–".into(), |found| found.mean.number());
+            format!("{symbol} {value} ± {} µm", digits_that_count(deviation, 2))
+        });
+        let incomplete = match self.incomplete {
+            0 => String::new(),
+            count => format!("; {count} with points that were not measured are left out"),
+        };
+        let law = match self.law {
+            None => "their spectrum follows no power law over a decade of wavelengths".into(),
+            Some(law) => {
+                let hurst = law
+                    .hurst
+                    .map_or_else(String::new, |h| format!(" (Hurst exponent {h:.2})"));
+                let [shortest_m, longest_m] = law.wavelengths_m;
+                format!(
+                    "the slope of their spectrum is {:.2}{hurst} from {} to {}",
+                    law.slope,
+                    length_text(shortest_m),
+                    length_text(longest_m)
+                )
+            }
+        };
+        format!(
+            "{} of {} lines along {} (mean ± standard deviation between them{incomplete}): {}; {law}.",
+            values.join(", "),
+            self.lines,
+            self.along,
+            of_profile(&self.example)
+        )
     }
 }
 

@@ -6,9 +6,11 @@ use std::path::{Path, PathBuf};
 use serde::{Serialize, Serializer};
 
 use super::{
-    ArealRoughness, Cutoff, Ends, Form, InstrumentSettings, ProfileFilter, ProfileRoughness,
-    ProfileStandard, Roughness,
+    ArealRoughness, Cutoff, Ends, Form, InstrumentSettings, LineDirection, LineRoughness,
+    PeriodRule, PeriodicTexture, PowerLaw, ProfileFilter, ProfileRoughness, ProfileStandard,
+    Roughness, Texture, TextureKind,
 };
+use piezotact::criterion::Criterion;
 use piezotact::document::Content;
 use piezotact::warning::{Merged, Warnings};
 
@@ -19,6 +21,8 @@ pub struct EvaluatedSurface {
     /// What kind of file it is.
     pub format: String,
     pub roughness: Roughness,
+    /// The roughness of the lines of a map, where it was asked for.
+    pub lines: Option<LineRoughness>,
     /// What the instrument states of it; absent without such a file.
     pub instrument: Option<InstrumentSettings>,
     /// What limits it: of the file and of the evaluation.
@@ -103,10 +107,102 @@ pub struct RoughnessDocument<'a> {
     /// How.
     #[serde(flatten)]
     pub method: RoughnessMethod,
+    /// Whether a map repeats itself, and how; absent for a profile and for a flat map.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub texture: Option<TextureDocument<'a>>,
+    /// The roughness of the lines of a map in one direction; absent where it was not asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lines: Option<LinesDocument>,
     /// What the instrument states of it; absent without such a file.
     pub instrument: Option<&'a InstrumentSettings>,
     /// What limits it.
     pub warnings: Vec<Merged>,
+}
+
+/// The period of a map, lengths in µm.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct TextureDocument<'a> {
+    /// What decides whether it repeats itself; empty where the autocorrelation has no second maximum up to a quarter of the map.
+    pub criteria: &'a [Criterion<PeriodRule>],
+    /// What repeats itself; absent where a criterion is not met.
+    pub kind: Option<TextureKind>,
+    /// The distance to the nearest neighbour, or across the ridges, µm.
+    pub period_um: Option<f64>,
+    /// The direction of that distance from the rows towards the columns, degrees.
+    pub direction_deg: Option<f64>,
+    /// The distance to the nearest neighbour in another direction, µm; absent for ridges.
+    pub second_period_um: Option<f64>,
+    /// The height of the mean period, µm; the depth of pits.
+    pub height_um: Option<f64>,
+    /// The diameter of a dot or the width of a ridge at half its height, µm.
+    pub width_um: Option<f64>,
+    /// How many whole dots the map holds; absent for ridges.
+    pub dots: Option<usize>,
+    /// The standard deviation of the diameters of those dots, µm.
+    pub diameter_deviation_um: Option<f64>,
+}
+
+impl<'a> TextureDocument<'a> {
+    fn of(texture: &'a Texture) -> Self {
+        let found = texture.periodic.as_ref();
+        let um = |of: fn(&PeriodicTexture) -> f64| found.map(|found| of(found) * 1e6);
+        let dots = found.and_then(|found| found.dots);
+        Self {
+            criteria: &texture.criteria,
+            kind: found.map(|found| found.kind),
+            period_um: um(|found| found.period_m),
+            direction_deg: found.map(|found| found.direction_deg),
+            second_period_um: found.and_then(|found| Some(found.second_period_m? * 1e6)),
+            height_um: um(|found| found.height_m),
+            width_um: um(|found| found.width_m),
+            dots: dots.map(|(count, _)| count),
+            diameter_deviation_um: dots.map(|(_, spread_m)| spread_m * 1e6),
+        }
+    }
+}
+
+/// The roughness of the lines of a map: lengths in µm and mm.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct LinesDocument {
+    /// In which direction.
+    pub along: LineDirection,
+    /// How many lines were evaluated.
+    pub lines: usize,
+    /// How many lines have points that were not measured, and are not evaluated.
+    pub incomplete: usize,
+    /// The parameters by their symbol, mean over lines, lengths in µm.
+    pub mean: BTreeMap<&'static str, Option<f64>>,
+    /// Their standard deviations between lines.
+    pub deviation: BTreeMap<&'static str, Option<f64>>,
+    /// How.
+    #[serde(flatten)]
+    pub method: RoughnessMethod,
+    /// The power spectral density of the lines: spatial frequency in 1/mm and density in µm²·mm, in ten bins a decade.
+    pub spectrum: Vec<(f64, f64)>,
+    /// The widest range of wavelengths in which it follows a power law; absent without one.
+    pub law: Option<PowerLaw>,
+}
+
+impl LinesDocument {
+    fn of(lines: &LineRoughness) -> Self {
+        let parameters = || lines.parameters.iter();
+        let (_, mut method) = of_profile(&lines.example);
+        method.section_ra_um = None;
+        Self {
+            along: lines.along,
+            lines: lines.lines,
+            incomplete: lines.incomplete,
+            mean: parameters().map(|p| (p.mean.key(), p.mean.value)).collect(),
+            deviation: parameters().map(|p| (p.mean.key(), p.deviation)).collect(),
+            method,
+            spectrum: (lines.spectrum.iter())
+                .map(|(per_m, m3)| (per_m * 1e-3, m3 * 1e15))
+                .collect(),
+            law: lines.law,
+        }
+    }
 }
 
 impl Serialize for EvaluatedSurface {
@@ -150,6 +246,11 @@ impl<'a> RoughnessDocument<'a> {
                 .collect(),
             extent,
             method,
+            texture: match &surface.roughness {
+                Roughness::Map(roughness) => roughness.texture.as_ref().map(TextureDocument::of),
+                Roughness::Profile(_) => None,
+            },
+            lines: surface.lines.as_ref().map(LinesDocument::of),
             instrument: surface.instrument.as_ref(),
             warnings: surface.warnings.merged(),
         }

@@ -167,6 +167,16 @@ pub fn evaluated_profile(
     Ok(roughness)
 }
 
+/// How a profile of which nothing is stated is evaluated as `wish` asks.
+pub(super) fn usual_config(profile: &HeightProfile, wish: &RoughnessOptions) -> ProfileConfig {
+    let measured = MeasuredProfile {
+        profile,
+        kind: None,
+        instrument: None,
+    };
+    config(measured, wish)
+}
+
 fn config(measured: MeasuredProfile<'_>, wish: &RoughnessOptions) -> ProfileConfig {
     let own = own_cutoff_m(measured, wish);
     let filter = match (wish.filter, own) {

@@ -16,6 +16,7 @@ mod filter;
 mod filtered;
 mod form;
 mod instrument;
+mod lines;
 mod material;
 mod page;
 mod parameters;
@@ -23,6 +24,7 @@ mod plausible;
 mod profile;
 mod section;
 mod set;
+mod texture;
 mod warning;
 
 pub use areal::{ArealConfig, ArealRoughness, areal_roughness};
@@ -31,7 +33,10 @@ pub use description::{length_text, short_number, unit_for};
 pub use distribution::{
     HeightDistribution, distribution_of, height_distribution, height_limits_m, height_span_m,
 };
-pub use document::{EvaluatedSurface, RoughnessDocument, RoughnessExtent, RoughnessMethod};
+pub use document::{
+    EvaluatedSurface, LinesDocument, RoughnessDocument, RoughnessExtent, RoughnessMethod,
+    TextureDocument,
+};
 pub use filter::{map_mean_surface, profile_mean_line};
 pub use filtered::looks_filtered;
 pub use form::{Form, remove_map_form, remove_profile_form};
@@ -39,14 +44,17 @@ pub use instrument::{
     InstrumentSettings, InstrumentValue, MeasuredProfile, ProfileKind, RoughnessOptions,
     evaluated_profile,
 };
+pub use lines::{LineDirection, LineParameter, LineRoughness, PowerLaw, line_roughness};
 pub use material::{MaterialRatio, material_ratio};
 pub use parameters::Parameter;
 pub use profile::{
     Ends, ProfileConfig, ProfileFilter, ProfileRoughness, ProfileStandard, profile_roughness,
 };
 pub use set::RoughnessSet;
+pub use texture::{PeriodRule, PeriodicTexture, Texture, TextureKind};
 pub use warning::{FilterFault, HeightsFault, InstrumentStates, SurfaceWarning};
 
+use instrument::usual_config;
 use piezotact::Warning;
 use piezotact::surface::{HeightMap, SurfaceError};
 use serde::{Deserialize, Serialize};
@@ -239,6 +247,16 @@ pub enum RoughnessError {
         longest_m: f64,
         /// The cut-off, m.
         found_m: f64,
+    },
+    /// No line of a map can be evaluated.
+    #[error(
+        "expected a line along {along} of 8 points and more that were all measured, found none among lines of {points} points; take the other \
+            direction, or measure again the areas where points are missing"
+    )]
+    NoLine {
+        along: LineDirection,
+        /// The points of a line.
+        points: usize,
     },
     /// A filter for short waves that takes nothing away, or everything.
     #[error(

@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use super::{
-    ArealRoughness, EvaluatedSurface, HeightDistribution, HeightProfile, ProfileFilter,
-    ProfileRoughness, Roughness, distribution_of, height_span_m, length_text, short_number,
-    unit_for,
+    ArealRoughness, EvaluatedSurface, HeightDistribution, HeightProfile, LineRoughness,
+    ProfileFilter, ProfileRoughness, Roughness, Texture, distribution_of, height_span_m,
+    length_text, short_number, unit_for,
 };
-use piezotact::figure::{Axis, Chart, Drawn, Figure, Heatmap, Line, Mark, Tone};
+use piezotact::figure::{Axis, Chart, Drawn, Figure, Heatmap, Line, Mark, Scale, Tone};
 use piezotact::number::digits_that_count;
 use piezotact::page::{Block, Cell, Column, Number, Page, Section, Shown, Table};
 use piezotact::surface::HeightMap;
@@ -47,12 +47,22 @@ impl Shown for EvaluatedSurface {
             );
             Block::conclusion(stated, None)
         }));
+        if let Roughness::Map(roughness) = &self.roughness {
+            let texture = roughness.texture.iter().map(Texture::text);
+            let lines = self.lines.iter().map(LineRoughness::text);
+            first.extend(
+                texture
+                    .chain(lines)
+                    .map(|text| Block::conclusion(text, None)),
+            );
+        }
         first.push(Block::numbers(numbers));
         let mut page = page.section("", first).warnings(&self.warnings);
         page.sections.extend(match &self.roughness {
             Roughness::Profile(roughness) => profile_figures(roughness),
             Roughness::Map(roughness) => map_figures(roughness),
         });
+        page.sections.extend(self.lines.as_ref().map(line_section));
         let note = "A dash means that the parameter has no value for this surface. If a warning above concerns it, it gives the reason.";
         let all = [self.parameters_table().into(), Block::note(note)];
         let page = page.section("All parameters", all);
@@ -264,7 +274,59 @@ fn map_figures(r: &ArealRoughness) -> Vec<Section> {
         ),
     ];
     sections.extend(distribution(map.heights_m()));
+    sections.extend(r.texture.as_ref().map(texture_section));
     sections
+}
+
+fn texture_section(texture: &Texture) -> Section {
+    let table = Table::of_criteria(&texture.criteria);
+    section("Period", [table.into()])
+}
+
+fn line_section(lines: &LineRoughness) -> Section {
+    let mut table = Table::new(vec![
+        Column::new("parameter", "parameter"),
+        Column::new("mean", "mean"),
+        Column::new("standard deviation", "standard_deviation"),
+        Column::new("unit", "unit"),
+        Column::new("meaning", "meaning"),
+    ]);
+    let rounded = |value: Option<f64>| {
+        let text = |value| digits_that_count(value, 4);
+        value.map_or(Cell::Missing(()), |value| Cell::Rounded {
+            value,
+            text: text(value),
+        })
+    };
+    table.rows = (lines.parameters.iter())
+        .map(|parameter| {
+            vec![
+                Cell::from(parameter.mean.symbol),
+                rounded(parameter.mean.value),
+                rounded(parameter.deviation),
+                Cell::from(parameter.mean.unit),
+                Cell::from(parameter.mean.meaning),
+            ]
+        })
+        .collect();
+    let density = (lines.spectrum.iter()).map(|(per_m, m3)| (per_m * 1e-3, m3 * 1e15));
+    let points: Vec<(f64, f64)> = density.filter(|point| point.1 > 0.0).collect();
+    let mut blocks = Vec::new();
+    if let (Some(first), Some(last)) = (points.first(), points.last()) {
+        let x = Axis::log("spatial frequency, 1/mm", first.0, last.0);
+        let densities = points.iter().map(|point| point.1);
+        let y = Axis::around(
+            "power spectral density, µm²·mm",
+            Scale::Logarithmic,
+            densities,
+        );
+        let line = Line::new("", SURFACE, points.clone()).marked(Mark::Dots);
+        let caption =
+            "The power spectral density of the lines, mean over lines, in ten bins a decade.";
+        blocks.push(Chart::new(x, y, vec![line]).captioned(caption).into());
+    }
+    blocks.push(table.into());
+    section(&format!("Lines along {}", lines.along), blocks)
 }
 
 /// The row through the middle of a map, where anything of it was measured.

@@ -20,7 +20,7 @@ const UNLIKE: f64 = 1.5;
 /// Sections whose Ra differ by more than this factor hold more than one surface, such as a groove beside a plane.
 const SECTIONS_UNLIKE: f64 = 4.0;
 /// Heights below a picometre are rounding.
-const ROUNDING_M: f64 = 1e-12;
+pub(super) const ROUNDING_M: f64 = 1e-12;
 /// Rounding of a length in a file, as a share of a section.
 const LENGTH_TOLERANCE: f64 = 1e-6;
 
@@ -239,6 +239,47 @@ fn by_the_table(
     }
 }
 
+/// One cut-off for `lines` of equal length and step, and whether the rule settled on it.
+pub(super) fn common_cutoff(
+    lines: &[HeightProfile],
+    config: &ProfileConfig,
+) -> Result<(Cutoff, bool), RoughnessError> {
+    let (ProfileFilter::Gauss, Cutoff::Iso4288 | Cutoff::Iso4288Periodic) =
+        (config.filter, config.cutoff)
+    else {
+        return Ok((config.cutoff, true));
+    };
+    let formless = lines
+        .iter()
+        .map(|line| remove_profile_form(line, config.form));
+    let formless = formless.collect::<Result<Vec<_>, _>>()?;
+    let rows = rows_that_fit(&formless[0])?;
+    let guess = mean_entry(&formless, TABLE[rows.0].cutoff_m, config.cutoff);
+    let found = search(guess, rows, |row| {
+        let cutoff_m = TABLE[row].cutoff_m;
+        let split = (formless.iter())
+            .map(|line| Ok(Split::gauss(line, cutoff_m, config.short_waves)?.roughness));
+        let roughness = split.collect::<Result<Vec<_>, RoughnessError>>()?;
+        Ok(mean_entry(&roughness, cutoff_m, config.cutoff))
+    })?;
+    let (Search::Settled(row) | Search::Unsettled(row)) = found;
+    let is_settled = matches!(found, Search::Settled(_));
+    Ok((Cutoff::Stated(TABLE[row].cutoff_m), is_settled))
+}
+
+/// What the table is entered with for several lines: the mean.
+fn mean_entry(lines: &[HeightProfile], section_m: f64, rule: Cutoff) -> Entry {
+    let values = lines
+        .iter()
+        .map(|line| match table_entry(line, section_m, rule) {
+            Entry::Ra(value_m) | Entry::Rsm(value_m) => value_m,
+        });
+    match rule {
+        Cutoff::Iso4288Periodic => Entry::Rsm(mean(values)),
+        Cutoff::Iso4288 | Cutoff::Stated(_) => Entry::Ra(mean(values)),
+    }
+}
+
 /// What the table is entered with: over the whole profile, since five sections of a trial cut-off can lie on
 /// a stretch that is not like the rest.
 fn table_entry(roughness: &HeightProfile, section_m: f64, rule: Cutoff) -> Entry {
@@ -344,14 +385,7 @@ impl Split {
             ProfileFilter::Gauss if cutoffs < (SECTIONS + 1) as f64 => Ends::Kept,
             ProfileFilter::Gauss => Ends::Dropped,
         };
-        let short = self.cutoff_m.filter(|_| sections < SECTIONS);
-        let short = short.map(|cutoff_m| {
-            Warning::from(FewWarning::Few {
-                found: sections,
-                recommended: SECTIONS,
-                what: Few::Sections { cutoff_m },
-            })
-        });
+        let short = few_sections(sections, self.cutoff_m);
         let whole = table_entry(&self.roughness, section_m, Cutoff::Iso4288);
         let uneven = uneven(parameters.heights.mean_absolute_m, whole);
         let total = parameters.total;
@@ -391,6 +425,18 @@ impl Split {
         }
         found
     }
+}
+
+/// Fewer sections than the standards ask for.
+pub(super) fn few_sections(sections: usize, cutoff_m: Option<f64>) -> Option<Warning> {
+    let short = cutoff_m.filter(|_| sections < SECTIONS);
+    short.map(|cutoff_m| {
+        Warning::from(FewWarning::Few {
+            found: sections,
+            recommended: SECTIONS,
+            what: Few::Sections { cutoff_m },
+        })
+    })
 }
 
 /// Ra of the section in which it is lowest and of that in which it is highest, m, each about the mean of its own.

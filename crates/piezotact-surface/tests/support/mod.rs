@@ -88,3 +88,18 @@ impl Lcg {
         (self.0 >> 33) as usize % limit.max(1)
     }
 }
+
+/// Sums of twelve uniform numbers less six, from Knuth's linear congruential generator.
+pub(crate) fn noise(seed: u64) -> impl Iterator<Item = f64> {
+    let mut state = seed;
+    std::iter::from_fn(move || {
+        let mut total = 0.0;
+        for _ in 0..12 {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            total += (state >> 11) as f64 / (1u64 << 53) as f64;
+        }
+        Some(total - 6.0)
+    })
+}

@@ -121,7 +121,8 @@ impl Stated {
         recording: &Recording,
     ) -> Result<Roles, crate::recording::RecordingError> {
         let motion = match &self.motion {
-            None => guessed.motion,
+            // What a person names as the vibration is not the motion.
+            None => (guessed.motion).filter(|m| !self.vibration.iter().any(|v| v == m.channel())),
             Some(name) => {
                 let channel = recording.pick(Some(name), &Unit::MetrePerSecond)?;
                 Some(match channel.unit {
@@ -307,6 +308,7 @@ pub fn cut(recorded: Recorded, stated: &Stated) -> Result<AnalysedRecording, Stu
     if stated.vibration.is_empty() {
         recording.about.warnings.extend(warnings);
     }
+    recording.differentiate_velocities(&roles.vibration);
     let recording = recording
         .on_the_clock_of(roles.channels())
         .map_err(in_recording)?;

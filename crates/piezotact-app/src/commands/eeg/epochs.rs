@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use piezotact_dataset::eeg::{markers_of, write_brainvision};
 use piezotact_people::eeg::counts::EegEpochs;
 use piezotact_people::eeg::prepare::{PrepareConfig, PrepareError, Prepared, prepare_at};
 use piezotact_people::eeg::reference::Montage;
@@ -10,8 +11,9 @@ use piezotact_people::eeg::source::{Segment, Subject};
 
 use super::options::{Preparing, Span};
 use super::{Source, of_file, outputs_beside};
-use crate::deliver::{Outputs, deliver};
+use crate::deliver::{Outputs, deliver_and};
 use crate::failure::{Failure, Outcome, usage};
+use crate::places::has_ending;
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
@@ -31,6 +33,9 @@ pub(crate) struct Arguments {
     min_epochs: usize,
     #[command(flatten)]
     preparing: Preparing,
+    /// Writes the epochs that are kept, with their filters and reference, as BrainVision: one segment each, with a marker of its condition.
+    #[arg(long, value_name = "OUT.vhdr")]
+    out: Option<PathBuf>,
     #[command(flatten)]
     outputs: Outputs,
 }
@@ -38,11 +43,23 @@ pub(crate) struct Arguments {
 pub(crate) fn run(args: &Arguments) -> Outcome {
     let mut read = vec![args.file.as_path()];
     read.extend(args.preparing.events.as_deref());
-    outputs_beside(&read, &args.outputs.files())?;
-    deliver(&args.outputs, &found(args)?)
+    if let Some(path) = &args.out {
+        has_ending(path, &["vhdr"])?;
+    }
+    let beside = |path: &PathBuf| ["vhdr", "eeg", "vmrk"].map(|ending| path.with_extension(ending));
+    let files: Vec<PathBuf> = args.out.iter().flat_map(beside).collect();
+    let out: Vec<&Path> = files.iter().map(PathBuf::as_path).collect();
+    outputs_beside(&read, &[out.clone(), args.outputs.files()].concat())?;
+    let (found, prepared) = found(args)?;
+    if let Some(path) = &args.out {
+        let recording = prepared.epochs.joined().map_err(usage)?;
+        // What the format leaves out is nothing that epochs have.
+        let _said = write_brainvision(path, &recording, &markers_of(&recording))?;
+    }
+    deliver_and(&args.outputs, &found, &out[..out.len().min(1)])
 }
 
-fn found(args: &Arguments) -> Outcome<EegEpochs> {
+fn found(args: &Arguments) -> Outcome<(EegEpochs, Prepared)> {
     let source = Source::read(&args.file, args.preparing.events.as_deref())?;
     let options = &args.preparing;
     let [participant, task] = source.subject(&args.file, options)?;
@@ -56,11 +73,8 @@ fn found(args: &Arguments) -> Outcome<EegEpochs> {
         participant: stated(participant.unwrap_or_default()),
         task: stated(prepared.task.clone()),
     };
-    Ok(EegEpochs::of(
-        &crate::report::name(&args.file),
-        &subject,
-        &prepared,
-    ))
+    let found = EegEpochs::of(&crate::report::name(&args.file), &subject, &prepared);
+    Ok((found, prepared))
 }
 
 /// The epochs of a file; what an option leaves open is a matter of usage.

@@ -34,7 +34,7 @@ enum EegCommand {
     Info(info::Arguments),
     /// Cuts epochs around markers, rejects the bad ones by stated limits, and counts them by condition.
     #[command(
-        after_help = "No epoch crosses a gap of the recording. Every epoch that is left out or rejected is listed with its reason.\nEye movements are taken away by regression (--eog); bad electrodes are left out (--without) or interpolated (--interpolate).\nIndependent components, evoked responses and current source density are those of MNE: docs/guide/mne.md.\n\nExample:\n  piezotact eeg epochs P01_control.vhdr --event \"S 2=M8\" --event \"S 8=BIO\" --epoch -1.5,0.8 --reject-above 100 --report epochs.html\n  piezotact eeg epochs P01.edf --event touch --high-pass 1 --eog VEOG,HEOG --interpolate F3 --reference average --report epochs.html"
+        after_help = "No epoch crosses a gap of the recording. Every epoch that is left out or rejected is listed with its reason.\nEye movements are taken away by regression (--eog); bad electrodes are left out (--without) or interpolated (--interpolate).\nIndependent components, evoked responses and current source density are those of MNE: docs/guide/mne.md.\n\nExample:\n  piezotact eeg epochs P01_control.vhdr --event \"S 2=M8\" --event \"S 8=BIO\" --epoch -1.5,0.8 --reject-above 100 --report epochs.html --out epochs.vhdr\n  piezotact eeg epochs P01.edf --event touch --high-pass 1 --eog VEOG,HEOG --interpolate F3 --reference average --report epochs.html"
     )]
     Epochs(Box<epochs::Arguments>),
     /// Computes event-related desynchronisation (ERD) and synchronisation of one person in one task, by surface, band and region.

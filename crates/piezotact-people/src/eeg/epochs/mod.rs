@@ -1,12 +1,14 @@
 //! Epochs: pieces of EEG around events, all of one length.
 
 mod cut;
+mod joined;
 mod reject;
 
 use crate::eeg::pulses::Device;
 use piezotact::quantity::SampleRate;
 
 pub use cut::{Continuous, Cut, CutConfig, Event, LeftOut, NotCut, cut};
+pub use joined::JoinError;
 pub use reject::{Criterion, Kept, Rejected, Rejection, reject};
 
 /// EEG around events: channels × epochs × samples in one buffer, in V.
