@@ -38,7 +38,7 @@ const ENDINGS: [(&str, &str); 14] = [
 ];
 
 /// One column as a file holds it.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub(crate) struct Column {
     pub(crate) name: String,
     pub(crate) unit: Option<String>,
@@ -432,7 +432,7 @@ fn can_be(name: &str, unit: &Unit) -> bool {
 
 /// What devices write in place of a value that they do not have: ±1e6 and further powers of ten, 9.9e37, the largest number of
 /// single precision.
-fn is_code(value: f64) -> bool {
+pub(crate) fn is_code(value: f64) -> bool {
     let size = value.abs();
     let power = size.log10();
     size >= 1e6 && ((power - power.round()).abs() < 1e-9 || (9.8e37..1e39).contains(&size))

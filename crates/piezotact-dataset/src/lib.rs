@@ -61,7 +61,10 @@ pub use journal::{
     set_aside_path, write_measurement, write_recording,
 };
 pub use naming::{NamePattern, Naming, known_naming};
-pub use open::{Contents, FileKind, ReadOptions, read_recording, recording_formats};
+pub use open::{
+    Contents, FileKind, ReadOptions, RecordingInBlocks, read_recording, recording_formats,
+    recording_in_blocks,
+};
 pub use panel_folder::{
     Adopted, BenchFile, PANEL_INDEX, PanelContents, PanelFolder, PanelIndex, function_of_any_unit,
     panel_of,

@@ -1,6 +1,8 @@
 //! Reads recordings of every format; the format is recognised from the content of a file, not from its name.
 
 mod beside;
+mod blocks;
+mod finite;
 mod npy;
 mod sound;
 
@@ -14,7 +16,6 @@ use piezotact::quantity::{Measure, SampleRate};
 use piezotact::recording::{
     Channel, Condition, Provenance, Recording, RecordingWarning, Stated, played_through_its_own,
 };
-use piezotact::series::is_sample;
 
 use crate::catman::{looks_like_catman, parse_catman};
 use crate::csv_table::read_table;
@@ -33,6 +34,8 @@ use crate::text::is_text;
 use crate::uff;
 use crate::wav::{SampleFormat, Wav, fingerprint, parse_wav, start_in};
 use beside::{Beside, completed};
+pub use blocks::{RecordingInBlocks, recording_in_blocks};
+use finite::{finite, not_a_sample};
 
 /// Information stated by the user in addition to that in the file.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -612,34 +615,6 @@ fn require_own_sidecar(
         ));
     }
     Ok(())
-}
-
-/// Refuses a recording with a sample that is NaN or infinite, or without samples.
-fn finite(path: &Path, contents: Contents) -> Result<Contents, ReadError> {
-    if contents.recording.is_empty() {
-        return Err(ReadError::content(
-            path,
-            "samples",
-            "none",
-            "it was stopped during its first second: record again",
-        ));
-    }
-    for (channel, clock) in contents.recording.channels_with_clocks() {
-        if let Some(at) = channel.samples.iter().position(|v| !is_sample(*v)) {
-            return Err(ReadError::content(
-                path,
-                "samples within ±1e100",
-                format!(
-                    "{} at sample {at} ({:.3}) of `{}`",
-                    channel.samples[at],
-                    clock.rate_hz.duration_of(at),
-                    channel.name
-                ),
-                "cut that part or repair the export",
-            ));
-        }
-    }
-    Ok(contents)
 }
 
 #[cfg(test)]

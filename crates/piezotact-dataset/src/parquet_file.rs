@@ -12,7 +12,7 @@ use parquet::basic::{Compression, Repetition, Type as Physical};
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl, get_column_reader};
 use parquet::data_type::{ByteArray, DataType, DoubleType, FixedLenByteArray};
 use parquet::errors::ParquetError;
-use parquet::file::metadata::{ColumnChunkMetaData, KeyValue};
+use parquet::file::metadata::{ColumnChunkMetaData, KeyValue, RowGroupMetaData};
 use parquet::file::properties::WriterProperties;
 use parquet::file::reader::{FileReader as _, SerializedFileReader};
 use parquet::file::writer::SerializedFileWriter;
@@ -22,6 +22,7 @@ use piezotact::recording::StartTime;
 use crate::flat::Schema;
 use cells::{Cells, what_is_in};
 
+mod blocks;
 mod cells;
 mod packed;
 
@@ -188,30 +189,10 @@ impl Reader {
 
     /// As [`Self::numbers`], with what they are.
     pub(crate) fn held(&self, path: &Path, columns: Columns) -> Result<Vec<Held>, ReadError> {
-        let cells = self.descriptors().iter().map(|column| {
-            Cells::of(column).ok_or_else(|| no_numbers(path, column, what_is_in(column)))
-        });
-        let mut cells: Vec<Cells> = cells.collect::<Result<_, _>>()?;
-        let groups = self.inner.metadata().row_groups().iter();
-        let mut chunks = groups.flat_map(|group| group.columns());
-        if let Some(codec) = chunks.find_map(packed::unknown_codec) {
-            return Err(ReadError::content(
-                path,
-                format!("columns compressed as one of {}", packed::KNOWN),
-                codec,
-                "write it again with another compression, such as snappy",
-            ));
-        }
+        let mut cells = self.cells(path)?;
         let (all, gaps) = (self.columns(&mut cells)).map_err(|error| damaged(path, &error))?;
         match gaps {
-            Some(name) if columns == Columns::Whole => {
-                return Err(ReadError::content(
-                    path,
-                    "a number in every row",
-                    format!("gaps in `{name}`"),
-                    "fill or cut them",
-                ));
-            }
+            Some(name) if columns == Columns::Whole => return Err(gaps_in(path, &name)),
             _ => {}
         }
         let held = all.into_iter().zip(cells).zip(self.descriptors());
@@ -227,6 +208,24 @@ impl Reader {
         .collect()
     }
 
+    /// What the cells of every column are, of which nothing is read yet.
+    fn cells(&self, path: &Path) -> Result<Vec<Cells>, ReadError> {
+        let cells = self.descriptors().iter().map(|column| {
+            Cells::of(column).ok_or_else(|| no_numbers(path, column, what_is_in(column)))
+        });
+        let cells = cells.collect::<Result<_, _>>()?;
+        let mut chunks = self.groups().iter().flat_map(RowGroupMetaData::columns);
+        match chunks.find_map(packed::unknown_codec) {
+            None => Ok(cells),
+            Some(codec) => Err(ReadError::content(
+                path,
+                format!("columns compressed as one of {}", packed::KNOWN),
+                codec,
+                "write it again with another compression, such as snappy",
+            )),
+        }
+    }
+
     /// Every column, and the first that has rows without a number.
     fn columns(
         &self,
@@ -234,43 +233,69 @@ impl Reader {
     ) -> Result<(Vec<Vec<f64>>, Option<String>), ParquetError> {
         let mut first_gaps = None;
         let mut all = vec![Vec::new(); self.descriptors().len()];
-        for group in self.inner.metadata().row_groups() {
-            if !group.columns().iter().all(has_a_place) {
-                let text = "a column with an offset outside the file";
-                return Err(ParquetError::General(text.into()));
-            }
+        for group in self.groups() {
+            require_places(group)?;
             for (k, (numbers, cells)) in all.iter_mut().zip(cells.iter_mut()).enumerate() {
-                let chunk = group.columns().get(k);
-                let chunk = chunk
-                    .ok_or_else(|| ParquetError::General("a column that is missing".into()))?;
-                let descriptor = &self.descriptors()[k];
-                let pages = packed::pages(&self.file, chunk, group.num_rows())?;
-                let gaps = match get_column_reader(Arc::clone(descriptor), pages) {
-                    ColumnReader::DoubleColumnReader(mut r) => append(&mut r, numbers, |v| v)?,
-                    ColumnReader::FloatColumnReader(mut r) => append(&mut r, numbers, f64::from)?,
-                    ColumnReader::Int32ColumnReader(mut r) => {
-                        append(&mut r, numbers, |v: i32| cells.whole32(v))?
+                let mut rows = self.rows_of(group, k)?;
+                let mut gaps = 0;
+                loop {
+                    let (rows, without) = rows(ROWS_AT_A_TIME, cells, numbers)?;
+                    gaps += without;
+                    if rows == 0 {
+                        break;
                     }
-                    ColumnReader::Int64ColumnReader(mut r) => {
-                        append(&mut r, numbers, |v: i64| cells.whole(v))?
-                    }
-                    ColumnReader::ByteArrayColumnReader(mut r) => {
-                        append(&mut r, numbers, |v: ByteArray| cells.bytes(v.data()))?
-                    }
-                    ColumnReader::FixedLenByteArrayColumnReader(mut r) => {
-                        append(&mut r, numbers, |v: FixedLenByteArray| {
-                            cells.bytes(v.data())
-                        })?
-                    }
-                    _ => 0,
-                };
+                }
                 if gaps > 0 {
-                    first_gaps.get_or_insert_with(|| name_of(descriptor));
+                    first_gaps.get_or_insert_with(|| name_of(&self.descriptors()[k]));
                 }
             }
         }
         Ok((all, first_gaps))
     }
+
+    fn groups(&self) -> &[RowGroupMetaData] {
+        self.inner.metadata().row_groups()
+    }
+
+    /// What reads the rows of a column in `group`, from the first on.
+    fn rows_of(&self, group: &RowGroupMetaData, column: usize) -> Result<Rows, ParquetError> {
+        let chunk = group.columns().get(column);
+        let chunk =
+            chunk.ok_or_else(|| ParquetError::General("a column that is missing".into()))?;
+        let descriptor = Arc::clone(&self.descriptors()[column]);
+        let pages = packed::pages(&self.file, chunk, group.num_rows())?;
+        Ok(match get_column_reader(descriptor, pages) {
+            ColumnReader::DoubleColumnReader(reader) => rows(reader, |_, v| v),
+            ColumnReader::FloatColumnReader(reader) => rows(reader, |_, v| f64::from(v)),
+            ColumnReader::Int32ColumnReader(reader) => rows(reader, Cells::whole32),
+            ColumnReader::Int64ColumnReader(reader) => rows(reader, Cells::whole),
+            ColumnReader::ByteArrayColumnReader(reader) => {
+                rows(reader, |cells, v: ByteArray| cells.bytes(v.data()))
+            }
+            ColumnReader::FixedLenByteArrayColumnReader(reader) => {
+                rows(reader, |cells, v: FixedLenByteArray| cells.bytes(v.data()))
+            }
+            _ => Box::new(|_, _, _| Ok((0, 0))),
+        })
+    }
+}
+
+/// What reads so many rows of a column at most, and appends their numbers: how many rows it read, and how many of them have no number.
+type Rows =
+    Box<dyn FnMut(usize, &mut Cells, &mut Vec<f64>) -> Result<(usize, usize), ParquetError>>;
+
+fn rows<T: DataType>(
+    mut reader: ColumnReaderImpl<T>,
+    number: impl Fn(&mut Cells, T::T) -> f64 + 'static,
+) -> Rows {
+    let (mut values, mut levels) = (Vec::new(), Vec::new());
+    Box::new(move |most, cells, numbers| {
+        values.clear();
+        levels.clear();
+        let (rows, read, _) = reader.read_records(most, Some(&mut levels), None, &mut values)?;
+        numbers.extend(values.drain(..).map(|value| number(cells, value)));
+        Ok((rows, rows.saturating_sub(read)))
+    })
 }
 
 /// A column as it was read.
@@ -278,6 +303,15 @@ pub(crate) struct Held {
     pub(crate) values: Vec<f64>,
     /// Of a column of moments, in s since the first one, that one; `None` where its day is not known.
     pub(crate) moments: Option<Option<StartTime>>,
+}
+
+fn gaps_in(path: &Path, column: &str) -> ReadError {
+    ReadError::content(
+        path,
+        "a number in every row",
+        format!("gaps in `{column}`"),
+        "fill or cut them",
+    )
 }
 
 fn no_numbers(path: &Path, column: &ColumnDescriptor, found: String) -> ReadError {
@@ -299,31 +333,19 @@ pub(crate) fn damaged(path: &Path, error: &dyn std::fmt::Display) -> ReadError {
     )
 }
 
-/// Whether the place of a column in its file is one: the library panics on negative ones.
-fn has_a_place(column: &ColumnChunkMetaData) -> bool {
-    let first = column
-        .dictionary_page_offset()
-        .unwrap_or(column.data_page_offset());
-    first >= 0 && column.data_page_offset() >= 0 && column.compressed_size() >= 0
-}
-
-/// Appends the numbers of a column; how many rows have none.
-fn append<T: DataType>(
-    reader: &mut ColumnReaderImpl<T>,
-    numbers: &mut Vec<f64>,
-    mut number: impl FnMut(T::T) -> f64,
-) -> Result<usize, ParquetError> {
-    let (mut values, mut levels, mut gaps) = (Vec::new(), Vec::new(), 0);
-    loop {
-        values.clear();
-        levels.clear();
-        let (rows, read, _) =
-            reader.read_records(ROWS_AT_A_TIME, Some(&mut levels), None, &mut values)?;
-        if rows == 0 {
-            return Ok(gaps);
-        }
-        gaps += rows.saturating_sub(read);
-        numbers.extend(values.drain(..).map(&mut number));
+/// Refuses columns whose place in their file is none: the library panics on negative ones.
+fn require_places(group: &RowGroupMetaData) -> Result<(), ParquetError> {
+    let has_a_place = |column: &ColumnChunkMetaData| {
+        let first = column
+            .dictionary_page_offset()
+            .unwrap_or(column.data_page_offset());
+        first >= 0 && column.data_page_offset() >= 0 && column.compressed_size() >= 0
+    };
+    match group.columns().iter().all(has_a_place) {
+        true => Ok(()),
+        false => Err(ParquetError::General(
+            "a column with an offset outside the file".into(),
+        )),
     }
 }
 

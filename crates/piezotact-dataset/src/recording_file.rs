@@ -1,5 +1,7 @@
 //! Reading of recordings: our Parquet files, and Parquet files of other programs.
 
+mod blocks;
+
 use piezotact::checksum::Checksum;
 use std::path::Path;
 
@@ -18,6 +20,7 @@ use crate::open::ReadOptions;
 use crate::parquet_file::{Columns, Reader, damaged};
 use crate::sidecar::Rendering;
 use crate::wav::SampleFormat;
+pub(crate) use blocks::ParquetBlocks;
 
 /// A recording and what its start says of the drive.
 pub(crate) struct Stored {
@@ -49,18 +52,21 @@ pub(crate) fn read_parquet(path: &Path, options: &ReadOptions) -> Result<Stored,
         return Ok(table_in(path, &reader, options)?.into());
     }
     let (mut stored, _, _) = read_with_documents(path, &reader, options.rate)?;
-    if journal_path(path).exists() {
-        stored
-            .recording
-            .about
-            .warnings
-            .push(Warning::from(RecordingWarning::OtherOrigin {
-                what: OtherOrigin::LaterRecording {
-                    file: journal_path(path).display().to_string(),
-                },
-            }));
-    }
+    let later = later_recording(path);
+    stored.recording.about.warnings.extend(later);
     Ok(stored)
+}
+
+/// The warning that the journal of a later recording lies beside this one.
+fn later_recording(path: &Path) -> Option<Warning> {
+    let journal = journal_path(path);
+    journal.exists().then(|| {
+        Warning::from(RecordingWarning::OtherOrigin {
+            what: OtherOrigin::LaterRecording {
+                file: journal.display().to_string(),
+            },
+        })
+    })
 }
 
 /// The recording in `path`, a journal (`.part`) or a Parquet file that this program wrote, as it was stored: nothing is inspected.
@@ -88,98 +94,133 @@ fn opened(path: &Path) -> Result<Reader, ReadError> {
     Reader::new(file).map_err(|error| damaged(path, &error))
 }
 
+/// What a Parquet file of ours says beside its samples.
+struct Documents {
+    start_text: Option<String>,
+    start: StartDocument,
+    end: Option<EndDocument>,
+}
+
+impl Documents {
+    fn of(path: &Path, reader: &Reader) -> Result<Self, ReadError> {
+        let unlike = |error: &serde_json::Error| {
+            ReadError::content(
+                path,
+                "a description of the recording as this version writes it",
+                format!("another ({error})"),
+                "record or make it again with this version; where this version made it, it is damaged: copy it again",
+            )
+        };
+        let (start_text, end) = (reader.stored(START_KEY), reader.stored(END_KEY));
+        let start: StartDocument = serde_json::from_str(start_text.as_deref().unwrap_or_default())
+            .map_err(|error| unlike(&error))?;
+        if start.format > StartDocument::FORMAT_WITH_CLOCKS {
+            return Err(ReadError::content(
+                path,
+                format!(
+                    "a recording of format {} or before",
+                    StartDocument::FORMAT_WITH_CLOCKS
+                ),
+                format!("format {}", start.format),
+                "read it with the newer program that wrote it",
+            ));
+        }
+        let end = end
+            .map(|text| serde_json::from_str(&text))
+            .transpose()
+            .map_err(|error| unlike(&error))?;
+        Ok(Self {
+            start_text,
+            start,
+            end,
+        })
+    }
+
+    fn require_channels(&self, path: &Path, found: usize) -> Result<(), ReadError> {
+        if found == self.start.channels.len() {
+            return Ok(());
+        }
+        Err(ReadError::content(
+            path,
+            format!(
+                "{} channels, as its start document states",
+                self.start.channels.len()
+            ),
+            format!("{found}"),
+            "the file is damaged: copy it again",
+        ))
+    }
+
+    /// Refuses samples that are not those that were stored with the documents; `fingerprint` of those that were read.
+    fn require_own(
+        &self,
+        path: &Path,
+        samples: usize,
+        fingerprint: Option<u64>,
+    ) -> Result<(), ReadError> {
+        let Some(end) = &self.end else {
+            return Ok(());
+        };
+        let stored = end.fingerprint.zip(fingerprint);
+        let holds_all =
+            end.samples == samples && stored.is_none_or(|(stored, found)| stored == found);
+        if !holds_all || is_start_changed(self.start_text.as_deref(), end) {
+            return Err(damaged(path, &"it does not hold what was recorded"));
+        }
+        Ok(())
+    }
+
+    /// `recording` of the length `read_s`, with what the end says; `rate` is the one that a person states.
+    fn completed(&self, mut recording: Recording, read_s: f64, rate: Option<SampleRate>) -> Stored {
+        let own = recording.rate();
+        let warnings = &mut recording.about.warnings;
+        if let Some(stated) = rate.filter(|rate| *rate != own) {
+            warnings.push(Warning::from(RecordingWarning::StatedDiffers {
+                what: Stated::RateKept {
+                    stated_hz: stated.hz(),
+                    found_hz: own.hz(),
+                },
+            }));
+        }
+        match &self.end {
+            Some(end) => {
+                warnings.extend(end.warnings.iter().cloned());
+                let happened = end.events.iter().cloned();
+                recording.annotations.events.extend(happened);
+            }
+            None => {
+                recording.about.provenance.losses.is_interrupted = true;
+                warnings.push(Warning::from(RecordingWarning::Interrupted { read_s }));
+            }
+        }
+        Stored {
+            recording,
+            setup: self.start.setup.clone(),
+            rendering: self.start.rendering.clone(),
+            played: self.start.drive,
+            samples: None,
+        }
+    }
+}
+
 fn read_with_documents(
     path: &Path,
     reader: &Reader,
     rate: Option<SampleRate>,
 ) -> Result<(Stored, StartDocument, Option<EndDocument>), ReadError> {
-    let unlike = |error: &serde_json::Error| {
-        ReadError::content(
-            path,
-            "a description of the recording as this version writes it",
-            format!("another ({error})"),
-            "record or make it again with this version; where this version made it, it is damaged: copy it again",
-        )
-    };
-    let (start_text, end) = (reader.stored(START_KEY), reader.stored(END_KEY));
-    let start: StartDocument = serde_json::from_str(start_text.as_deref().unwrap_or_default())
-        .map_err(|error| unlike(&error))?;
-    if start.format > StartDocument::FORMAT_WITH_CLOCKS {
-        return Err(ReadError::content(
-            path,
-            format!(
-                "a recording of format {} or before",
-                StartDocument::FORMAT_WITH_CLOCKS
-            ),
-            format!("format {}", start.format),
-            "read it with the newer program that wrote it",
-        ));
-    }
-    let end: Option<EndDocument> = end
-        .map(|text| serde_json::from_str(&text))
-        .transpose()
-        .map_err(|error| unlike(&error))?;
-    let samples = reader.numbers(path, start.columns())?;
-    if samples.len() != start.channels.len() {
-        return Err(ReadError::content(
-            path,
-            format!(
-                "{} channels, as its start document states",
-                start.channels.len()
-            ),
-            format!("{}", samples.len()),
-            "the file is damaged: copy it again",
-        ));
-    }
+    let documents = Documents::of(path, reader)?;
+    let samples = reader.numbers(path, documents.start.columns())?;
+    documents.require_channels(path, samples.len())?;
     let fingerprints: Vec<Fingerprint> = samples
         .iter()
         .map(|channel| Fingerprint::of(channel))
         .collect();
-    let fingerprint = Fingerprint::all(&fingerprints);
-    let mut recording = assemble(path, &start, samples)?;
-    if let Some(stated) = rate.filter(|rate| *rate != recording.rate()) {
-        recording
-            .about
-            .warnings
-            .push(Warning::from(RecordingWarning::StatedDiffers {
-                what: Stated::RateKept {
-                    stated_hz: stated.hz(),
-                    found_hz: recording.rate().hz(),
-                },
-            }));
-    }
-    match &end {
-        Some(end) => {
-            let holds_all = end.samples == recording.len()
-                && end.fingerprint.is_none_or(|stored| stored == fingerprint);
-            if !holds_all || is_start_changed(start_text.as_deref(), end) {
-                return Err(damaged(path, &"it does not hold what was recorded"));
-            }
-            recording
-                .about
-                .warnings
-                .extend(end.warnings.iter().cloned());
-            let happened = end.events.iter().cloned();
-            recording.annotations.events.extend(happened);
-        }
-        None => {
-            recording.about.provenance.losses.is_interrupted = true;
-            recording
-                .about
-                .warnings
-                .push(Warning::from(RecordingWarning::Interrupted {
-                    read_s: recording.duration().0,
-                }))
-        }
-    }
-    let stored = Stored {
-        recording,
-        setup: start.setup.clone(),
-        rendering: start.rendering.clone(),
-        played: start.drive,
-        samples: None,
-    };
-    Ok((stored, start, end))
+    let recording = assemble(path, &documents.start, samples)?;
+    let fingerprint = Some(Fingerprint::all(&fingerprints));
+    documents.require_own(path, recording.len(), fingerprint)?;
+    let read_s = recording.duration().0;
+    let stored = documents.completed(recording, read_s, rate);
+    Ok((stored, documents.start, documents.end))
 }
 
 /// Whether a start document is not the one that was stored with the samples.
@@ -199,17 +240,10 @@ pub(crate) fn of_another(path: &Path) -> Result<bool, ReadError> {
 fn table_in(path: &Path, reader: &Reader, options: &ReadOptions) -> Result<Recording, ReadError> {
     let mut table = Table::default();
     let columns = reader.columns_with(UNIT_KEY).into_iter();
-    for ((name, unit), held) in columns.zip(reader.held(path, Columns::Whole)?) {
+    for (column, held) in columns.zip(reader.held(path, Columns::Whole)?) {
         let column = Column {
             values: held.values,
-            ..match unit {
-                Some(_) => Column {
-                    name,
-                    unit,
-                    values: Vec::new(),
-                },
-                None => Column::from_header(&name),
-            }
+            ..column_of(column)
         };
         match held.moments {
             Some(start) => table.add_moments(column, start),
@@ -217,6 +251,18 @@ fn table_in(path: &Path, reader: &Reader, options: &ReadOptions) -> Result<Recor
         }
     }
     table.recording(path, options)
+}
+
+/// A column of this name and unit, which may stand in its name.
+fn column_of((name, unit): (String, Option<String>)) -> Column {
+    match unit {
+        Some(_) => Column {
+            name,
+            unit,
+            values: Vec::new(),
+        },
+        None => Column::from_header(&name),
+    }
 }
 
 pub(crate) fn assemble(

@@ -15,8 +15,10 @@ use piezotact::statistics::median;
 use crate::columns::Column;
 use crate::error::ReadError;
 use crate::open::{ReadOptions, no_part};
+pub(crate) use even::EvenTimes;
 use grid::Rows;
 
+mod even;
 mod grid;
 
 /// Names under which a column holds the time.

@@ -1,5 +1,6 @@
 //! Every test of files, in one program: it is linked once and runs on all cores.
 
+mod blocks;
 mod catman;
 mod eeg;
 mod eeg_damage;

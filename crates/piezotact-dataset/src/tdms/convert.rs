@@ -62,7 +62,7 @@ struct Group {
 /// The channels of a file as a recording.
 pub(super) fn recording_of(
     path: &Path,
-    file: File,
+    file: &File,
     values: Vec<Vec<Values>>,
     options: &ReadOptions,
 ) -> Result<Recording, ReadError> {
@@ -290,15 +290,8 @@ impl Parts {
             Some((_, (Unit::Second, second))) => second,
             Some((unit, _)) => return leave(format!("over {unit}, not over time")),
         };
-        // Of the channel, of its group, of the file.
-        let above = [object.group.as_str(), ""].map(|group| {
-            let is_it = |other: &&Object| other.channel.is_none() && other.group == group;
-            objects.iter().find(is_it)
-        });
-        let mut properties: Vec<&Properties> = vec![&object.properties];
-        properties.extend(above.into_iter().flatten().map(|object| &object.properties));
         let slots: Vec<Vec<f64>> = values.into_iter().map(|values| values.numbers).collect();
-        let chain = match Chain::of(&properties, &object.slots) {
+        let chain = match chain_of(objects, object) {
             Ok(chain) => chain,
             Err(what) => return leave(format!("{what}, which is not applied here")),
         };
@@ -429,8 +422,19 @@ fn holds_times(signal: &Signal) -> bool {
     is_time(&name) && unit.is_none_or(|unit| unit == Unit::Second)
 }
 
+/// The scales of a channel: its own, or those of its group or of the file.
+pub(super) fn chain_of(objects: &[Object], object: &Object) -> Result<Option<Chain>, String> {
+    let above = [object.group.as_str(), ""].map(|group| {
+        let is_it = |other: &&Object| other.channel.is_none() && other.group == group;
+        objects.iter().find(is_it)
+    });
+    let mut properties: Vec<&Properties> = vec![&object.properties];
+    properties.extend(above.into_iter().flatten().map(|object| &object.properties));
+    Chain::of(&properties, &object.slots)
+}
+
 /// The name of a channel, with that of its group where another group has a channel of this name.
-fn name_of(objects: &[Object], number: usize, channel: &str) -> String {
+pub(super) fn name_of(objects: &[Object], number: usize, channel: &str) -> String {
     let mut others = objects.iter().enumerate();
     match others.any(|(at, other)| at != number && other.channel.as_deref() == Some(channel)) {
         true => format!("{}: {channel}", objects[number].group),

@@ -24,7 +24,7 @@ const BIG_ENDIAN: u64 = 1 << 6;
 const KNOWN_BITS: u64 = 0xEE;
 
 /// A file, a group or a channel.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Object {
     pub(super) group: String,
     /// Absent of a group and of the file.

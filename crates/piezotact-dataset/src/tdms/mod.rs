@@ -6,6 +6,7 @@
 //!
 //! Source of the layout: National Instruments, *TDMS File Format Internal Structure*.
 
+mod blocks;
 mod convert;
 mod index;
 mod layout;
@@ -15,6 +16,7 @@ mod samples;
 mod scale;
 mod source;
 
+pub(crate) use blocks::TdmsBlocks;
 use std::io::{Read, Seek};
 use std::path::Path;
 
@@ -49,5 +51,5 @@ pub fn parse_tdms(
         walk.count(&segment);
     }
     let (file, values) = samples::read(walk)?;
-    convert::recording_of(path, file, values, options)
+    convert::recording_of(path, &file, values, options)
 }

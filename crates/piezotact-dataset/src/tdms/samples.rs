@@ -109,7 +109,7 @@ pub(super) fn read<R: Read + Seek>(
 
 impl Column {
     /// Appends the samples of the column in `rows` of `width` bytes.
-    fn append(&self, rows: &[u8], width: usize, order: ByteOrder, to: &mut Values) {
+    pub(super) fn append(&self, rows: &[u8], width: usize, order: ByteOrder, to: &mut Values) {
         let numbers = &mut to.numbers;
         let from = numbers.len();
         match self.kind {

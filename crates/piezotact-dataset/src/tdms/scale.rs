@@ -89,6 +89,11 @@ impl Chain {
         Ok(Some(Self(steps)))
     }
 
+    /// Whether samples can lie outside a table of it.
+    pub(super) fn has_a_table(&self) -> bool {
+        self.0.iter().any(|step| matches!(step, Step::Table(_)))
+    }
+
     /// The samples, and how many of them lie outside a table, whose ends they get.
     pub(super) fn apply(&self, mut stored: Vec<Vec<f64>>) -> (Vec<f64>, usize) {
         let length = stored.iter().map(Vec::len).min().unwrap_or(0);
