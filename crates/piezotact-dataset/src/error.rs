@@ -67,6 +67,16 @@ impl ReadError {
         }
     }
 
+    /// What is wrong, without the file and what is to be done: where something else was used instead.
+    pub(crate) fn reason(&self) -> String {
+        match self {
+            Self::Content {
+                expected, found, ..
+            } => format!("expected {expected}, found {found}"),
+            other => other.to_string(),
+        }
+    }
+
     /// That `path` holds `found` instead of what was `expected`, with what is to be done.
     #[must_use]
     pub fn content(

@@ -280,7 +280,8 @@ pub(crate) fn choose_base(
                 Some(Ok(_)) => None,
                 Some(Err(error)) => Some(RecordingWarning::Guessed {
                     what: format!(
-                        "the time column was not used; the stated rate was used ({error})"
+                        "the time column was not used; the stated rate was used ({})",
+                        error.reason()
                     ),
                 }),
             };
@@ -345,8 +346,9 @@ pub(crate) fn base_beside(
             }
         }
         Err(error) => format!(
-            "the rate is that of `{name}`; `{}` was not used ({error})",
-            time.name
+            "the rate is that of `{name}`; `{}` was not used ({})",
+            time.name,
+            error.reason()
         ),
     };
     warnings.push(Warning::from(RecordingWarning::Guessed { what: said }));

@@ -185,6 +185,23 @@ fn whole_numbers_whose_unit_is_not_certain_are_refused() {
     assert!(refused.contains("--scale \"t=us\""), "{refused}");
 }
 
+/// Where a rate is stated, what is said of unusable times does not advise to state one.
+#[test]
+fn a_stated_rate_is_not_advised_again() {
+    let options = ReadOptions {
+        rate: SampleRate::new(100.0).ok(),
+        ..ReadOptions::default()
+    };
+    let error = ReadError::content(Path::new("t"), "a time", "none", "give --rate");
+    let mut warnings = Vec::new();
+    choose_base(Path::new("t"), &options, Some(Err(error)), &mut warnings).unwrap();
+    let said: String = warnings.iter().map(Warning::to_string).collect();
+    assert!(
+        said.contains("(expected a time, found none)") && !said.contains("--rate"),
+        "{said}"
+    );
+}
+
 /// A pause of 1 s in 3 s at 1 kHz is no place for straight lines; the 5 samples after it are.
 #[test]
 fn a_pause_divides_the_recording_into_parts() {
