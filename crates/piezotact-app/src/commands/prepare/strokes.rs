@@ -97,12 +97,17 @@ impl Textures {
         }
         let groups = by_texture(&takes);
         let called = file_names(groups.iter().map(|(texture, _)| texture.as_str()));
-        let mut written = called.clone();
         #[cfg(feature = "study")]
-        if let Some(protocol) = protocol {
-            protocol.require_strokes_of(&groups, participant.as_deref())?;
-            written.extend(protocol.file_names());
-        }
+        let made = match protocol {
+            Some(protocol) => {
+                protocol.require_strokes_of(&groups, participant.as_deref())?;
+                protocol.file_names().collect()
+            }
+            None => Vec::new(),
+        };
+        #[cfg(not(feature = "study"))]
+        let made = Vec::new();
+        let written: Vec<String> = called.iter().cloned().chain(made).collect();
         check_outputs(args, &written)?;
         let held = runs_in(&args.out.join("measured"))?;
         let mut all = Vec::new();
