@@ -272,6 +272,15 @@ fn not_ready(done: &Done) -> Vec<String> {
     lines.map(str::to_owned).collect()
 }
 
+/// The files of a stimulus.
+const PARTS: [(&str, &str); 5] = [
+    ("targets", "wav"),
+    ("targets", "wav.json"),
+    ("drives", "wav"),
+    ("drives", "wav.json"),
+    ("measured", "parquet"),
+];
+
 /// A level that is compared with another one is rendered, not copied: one texture for all is no experiment.
 #[test]
 fn stimuli_are_made_by_manipulate_and_prepare_and_copies_of_one_drive_are_refused() {
@@ -306,13 +315,7 @@ fn stimuli_are_made_by_manipulate_and_prepare_and_copies_of_one_drive_are_refuse
             && faults[0].starts_with("S8 increment -22: expected the level of S8 itself +0.664 dB, found its own level +0.500 dB"),
         "{faults:?}"
     );
-    for (part, ending) in [
-        ("targets", "wav"),
-        ("targets", "wav.json"),
-        ("drives", "wav"),
-        ("drives", "wav.json"),
-        ("measured", "parquet"),
-    ] {
+    for (part, ending) in PARTS {
         let file = |name: &str| folder.path(&format!("drives/{part}/{name}.{ending}"));
         std::fs::copy(file("S8"), file("S8_increment_-22")).unwrap();
     }
@@ -322,7 +325,7 @@ fn stimuli_are_made_by_manipulate_and_prepare_and_copies_of_one_drive_are_refuse
     let parts = [
         "S8 increment -22: expected a drive of its own in",
         "S8_increment_-22.wav, found that of S8 in",
-        "by `piezotact manipulate` with a gain of 0.664 dB into a file of the name of this drive, and prepare all textures",
+        "make both by `piezotact prepare --protocol`",
     ];
     assert!(
         faults.len() == 1 && parts.iter().all(|part| faults[0].contains(part)),
@@ -330,66 +333,105 @@ fn stimuli_are_made_by_manipulate_and_prepare_and_copies_of_one_drive_are_refuse
     );
 }
 
+/// The campaign of thesis 4.4.1, of two of its samples: levels exchanged, as they are measured again on the bench.
 #[test]
-fn an_inverted_texture_is_made_by_manipulate_and_prepare() {
+fn stimuli_of_a_protocol_are_prepared_from_strokes_and_reach_the_levels_that_it_states() {
     let folder = Folder::new();
     let from = |file: &str| prepared().path(file).display().to_string();
-    run(
-        &folder,
-        "campaign new study --protocol amplitude_inversion --seed 7",
-    )
-    .expect_success();
     let line = "twin record --bench acttouch --sample S13 --participant 1 --seed 7 --strokes 3 --stroke-time 1s --out S13.parquet";
     run(&folder, line).expect_success();
     let prepare = format!(
-        "--transfer {} --bench {BENCH} --mode texture",
+        "prepare {} S13.parquet --protocol amplitude_inversion --transfer {} --bench {BENCH} --mode texture --out drives --json",
+        from("S2.parquet"),
         from("tf.json")
     );
-    run(
-        &folder,
-        &format!("prepare S13.parquet {prepare} --out plain"),
-    )
-    .expect_success();
-    let target = from("drives/targets/S2.wav");
-    let named = [
-        "manipulate",
-        &target,
-        "--rms-of",
-        "plain/targets/S13.wav",
-        "--out",
-        "S2 INVERTED.wav",
-    ];
-    folder.run_as_given(&named).expect_success();
-    let (s2, tf) = (from("S2.parquet"), from("tf.json"));
-    let prepare = [
-        "prepare",
-        &s2,
-        "S13.parquet",
-        "S2 INVERTED.wav",
-        "--transfer",
-        &tf,
-        "--bench",
-        BENCH,
-        "--mode",
-        "texture",
-        "--out",
-        "drives",
-    ];
-    folder.run_as_given(&prepare).expect_success();
-    whole(&folder, "campaign run study P01 measurement");
+    let made = ["S2", "S13", "S2 INVERTED", "S13 INVERTED"];
+    let checked = |done: &Done| {
+        let (found, code) = done.json_and_code();
+        assert_eq!(code, Some(5), "{}", done.err());
+        let stimuli = found["stimuli"].as_array().unwrap();
+        assert_eq!(stimuli.len(), 10);
+        for one in stimuli {
+            let name = one["stimulus"].as_str().unwrap();
+            if !made.contains(&name) {
+                assert_eq!(one["ready"], "not_decided", "{one}");
+                assert!(
+                    one["reasons"][0]
+                        .as_str()
+                        .unwrap()
+                        .contains("there is no drive"),
+                    "{one}"
+                );
+                continue;
+            }
+            assert_eq!(one["ready"], "met", "{one}");
+            let number = |key: &str| one[key].as_f64().unwrap();
+            assert!(
+                (number("measured_db") - number("stated_db")).abs() <= 0.5,
+                "{one}"
+            );
+            assert!(number("shape_db") <= 1.0, "{one}");
+        }
+        let inverted = stimuli.iter().find(|one| one["stimulus"] == "S2 INVERTED");
+        assert_eq!(inverted.unwrap()["level_of"], "S13");
+    };
+    let done = run(&folder, &prepare);
+    checked(&done);
+    let lacking = "S5 INVERTED: not made: expected strokes on S5, found none";
+    assert!(done.err().contains(lacking), "{}", done.err());
+    // As a kill leaves it: what is there and holds is not made again.
+    let file = |part: &str| folder.path(&format!("drives/{part}"));
+    std::fs::remove_file(file("measured/S13_INVERTED.parquet")).unwrap();
+    let again = run(&folder, &prepare);
+    checked(&again);
+    for name in made {
+        let held = again.err().contains(&format!("{name}: prepared before"));
+        assert_eq!(held, name != "S13 INVERTED", "{name}: {}", again.err());
+    }
+    // What a session refuses is made again: byte-for-byte copies, and the stroke of another recording.
+    let study = "campaign new study --protocol amplitude_inversion --seed 7";
+    run(&folder, study).expect_success();
     let session = format!("campaign run study P01 discrimination --drives drives --bench {BENCH}");
-    let done = run(&folder, &session);
-    let said = done.err();
-    assert!(
-        said.contains("S5, S5 INVERTED") || said.contains("there is no drive"),
-        "{said}"
-    );
-    let faults = not_ready(&done);
+    let faults = not_ready(&run(&folder, &session));
     assert!(
         faults
             .iter()
-            .all(|fault| fault.starts_with("session measurement") || fault.contains("another day")),
+            .all(|fault| fault.starts_with("session measurement")),
         "{faults:?}"
+    );
+    let copied = |from: &str| {
+        for (part, ending) in PARTS {
+            std::fs::copy(
+                file(&format!("{part}/{from}.{ending}")),
+                file(&format!("{part}/S2_INVERTED.{ending}")),
+            )
+            .unwrap();
+        }
+    };
+    for (from, part) in [
+        (
+            "S2",
+            "S2 INVERTED: expected a drive of its own in drives/drives/S2_INVERTED.wav, found that of S2 in",
+        ),
+        (
+            "S13_INVERTED",
+            "S2 INVERTED: expected a drive of its own in drives/drives/S2_INVERTED.wav, found that of S13 INVERTED",
+        ),
+    ] {
+        copied(from);
+        let faults = not_ready(&run(&folder, &session));
+        assert!(
+            faults.iter().any(|fault| fault.contains(part)),
+            "{faults:?}"
+        );
+    }
+    run(&folder, &prepare).expect_failure(2, &["S2_INVERTED.wav already exists", "--force"]);
+    let again = run(&folder, &format!("--force {prepare}"));
+    checked(&again);
+    assert!(
+        !again.err().contains("S2 INVERTED: prepared before"),
+        "{}",
+        again.err()
     );
 }
 

@@ -1,6 +1,7 @@
 //! Why virtual volunteers cannot be measured, or a campaign with them not be simulated.
 
 use piezotact::feature::FeatureError;
+use piezotact::manipulate::ManipulateError;
 use piezotact::quantity::QuantityError;
 use piezotact::series::SeriesError;
 use piezotact::stroke::SegmentError;
@@ -60,6 +61,12 @@ pub enum VolunteerError {
         "the protocol presents `{stimulus}`, which is neither a sample nor a stimulus of it; correct the protocol"
     )]
     Stimulus { stimulus: String },
+    /// A stimulus cannot be made of what was touched.
+    #[error("{stimulus}: {error}")]
+    Making {
+        stimulus: String,
+        error: Box<ManipulateError>,
+    },
     /// A device failed, which the twin never does.
     #[error(
         "{pseudonym}: trial {trial} is void again and again: {why}; look at the drives of this person"

@@ -7,6 +7,7 @@ use piezotact::correct::CorrectConfig;
 use piezotact::feature::vibrations;
 use piezotact::filter::HighPass;
 use piezotact::lineage::Mode;
+use piezotact::manipulate::Texture;
 use piezotact::prepare::{State, common_level};
 use piezotact::quantity::{
     Acceleration, Band, Decibels, Degrees, Drive, Hertz, Newtons, SampleRate, Unit,
@@ -340,22 +341,21 @@ fn target<'a>(
     let unknown = || VolunteerError::Stimulus {
         stimulus: stimulus.to_owned(),
     };
-    let sample = protocol.sample_of(stimulus).ok_or_else(unknown)?;
-    let own = touched.get(sample).ok_or_else(unknown)?;
-    let made = protocol.stimuli.iter().find(|one| one.name == stimulus);
-    let Some(made) = made else {
-        return Ok((own.target.clone(), &own.recording));
-    };
-    let other = match &made.level_of {
-        Some(other) => &touched.get(other).ok_or_else(unknown)?.target,
-        None => &own.target,
-    };
-    let ratio = other.rms() / own.target.rms().max(f64::MIN_POSITIVE);
-    let level = Decibels::from_amplitude_ratio(ratio).0 + made.gain_db.unwrap_or(0.0);
-    Ok((
-        own.target.clone().amplified(Decibels(level)),
-        &own.recording,
-    ))
+    let made = protocol.stimulus(stimulus).ok_or_else(unknown)?;
+    let textures: BTreeMap<&String, Texture<Acceleration>> = (made.samples())
+        .filter_map(|sample| {
+            let texture = Texture::of(sample, touched.get(sample)?.target.clone());
+            Some((sample, texture))
+        })
+        .collect();
+    let of = |sample: &str| textures.iter().find(|(name, _)| **name == sample);
+    let texture = made.texture(|sample| of(sample).map(|(_, texture)| texture));
+    let texture = texture.map_err(|error| VolunteerError::Making {
+        stimulus: stimulus.to_owned(),
+        error: Box::new(error),
+    })?;
+    let own = touched.get(&made.of).ok_or_else(unknown)?;
+    Ok((texture.series, &own.recording))
 }
 
 /// The drive for a texture, corrected in a closed loop and confirmed.

@@ -26,6 +26,7 @@ use piezotact_people::association::Association;
 use piezotact_people::campaign::dictionary::DataDictionary;
 use piezotact_people::campaign::overview::CampaignDesign;
 use piezotact_people::campaign::protocol::Protocol;
+use piezotact_people::campaign::readiness::PreparedStimuli;
 use piezotact_people::eeg::counts::EegEpochs;
 use piezotact_people::eeg::group::EegStats;
 use piezotact_people::eeg::info::EegInfo;
@@ -110,6 +111,7 @@ fn all() -> Result<BTreeMap<String, String>> {
         schema::<Kept<'_, PanelRun<'_>>>()?,
         schema::<Kept<'_, Played>>()?,
         schema::<PreparedDrives>()?,
+        schema::<PreparedStimuli>()?,
         schema::<Kept<'_, Recorded>>()?,
         also_of_files(schema::<Protocol>()?)?,
         schema::<RenderBatchDocument<RenderDocument<'_>>>()?,

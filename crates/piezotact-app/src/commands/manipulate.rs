@@ -160,25 +160,55 @@ fn opened(path: &Path, source: Source) -> Outcome<Opened> {
     })
 }
 
-/// Writes a stroke of `take` as a texture to `out`; its samples.
-pub(super) fn write_stroke(
-    out: &Path,
-    take: &AnalysedRecording,
-    cut: Manipulated<Acceleration>,
-) -> Outcome<Series<Acceleration>> {
-    let source = Source {
-        series: cut.series,
-        recording: take.recording.clone(),
-        step: Some(cut.step),
-        warnings: cut.warnings,
-    };
-    let opened = opened(Path::new(&take.file), source)?;
-    let texture = opened.texture.at_whole_rate("the texture")?;
-    let (annotations, left_out) = annotations_after(opened.annotations, &texture.lineage);
-    let mut about = About::new(opened.condition, opened.provenance);
-    about.provenance.steps.extend(left_out);
-    write(out, &texture, &about, annotations)?;
-    Ok(texture.series)
+/// A texture with everything that its file states.
+pub(super) struct Written {
+    pub(super) texture: Texture<Acceleration>,
+    about: About,
+    annotations: Annotations,
+}
+
+impl Written {
+    /// A stroke of `take`.
+    pub(super) fn stroke(
+        take: &AnalysedRecording,
+        cut: Manipulated<Acceleration>,
+    ) -> Outcome<Self> {
+        let source = Source {
+            series: cut.series,
+            recording: take.recording.clone(),
+            step: Some(cut.step),
+            warnings: cut.warnings,
+        };
+        let opened = opened(Path::new(&take.file), source)?;
+        let texture = opened.texture.at_whole_rate("the texture")?;
+        let (annotations, left_out) = annotations_after(opened.annotations, &texture.lineage);
+        let mut about = About::new(opened.condition, opened.provenance);
+        about.provenance.steps.extend(left_out);
+        Ok(Self {
+            texture,
+            about,
+            annotations,
+        })
+    }
+
+    /// What was made of it: `texture`, at a sliding speed that is the same or another.
+    #[cfg(feature = "study")]
+    pub(super) fn made_into(&self, texture: Texture<Acceleration>, speed: Speed) -> Self {
+        let mut about = self.about.clone();
+        about.condition = manipulated(about.condition, speed);
+        let before = (self.annotations.clone(), self.texture.lineage.steps.len());
+        let (annotations, left_out) = annotations_after(before, &texture.lineage);
+        about.provenance.steps.extend(left_out);
+        Self {
+            texture,
+            about,
+            annotations,
+        }
+    }
+
+    pub(super) fn write(&self, out: &Path) -> Outcome {
+        write(out, &self.texture, &self.about, self.annotations.clone())
+    }
 }
 
 fn long_enough(path: &Path, series: &Series<Acceleration>) -> Outcome {
@@ -349,13 +379,19 @@ fn refused(path: &Path, error: ManipulateError) -> Failure {
 }
 
 /// What still holds of the condition: another texture is another sample, and after a warp the speed is another.
-fn condition_of(mut condition: Condition, operations: &[Requested]) -> Condition {
+fn condition_of(condition: Condition, operations: &[Requested]) -> Condition {
+    let changed = operations.iter().any(|one| one.speed == Speed::Changed);
+    let speed = if changed { Speed::Changed } else { Speed::Kept };
+    manipulated(condition, speed)
+}
+
+fn manipulated(mut condition: Condition, speed: Speed) -> Condition {
     if let Some(sample) = &mut condition.sample
         && !sample.ends_with(MANIPULATED)
     {
         sample.push_str(MANIPULATED);
     }
-    if operations.iter().any(|one| one.speed == Speed::Changed) {
+    if speed == Speed::Changed {
         condition.speed_m_s = None;
     }
     condition

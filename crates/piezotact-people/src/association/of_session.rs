@@ -23,7 +23,7 @@ pub fn declared(protocol: &Protocol) -> Declared {
     let made = protocol
         .stimuli
         .iter()
-        .map(|stimulus| Stimulus::manipulated(&stimulus.name, &stimulus.of, &stimulus.expected));
+        .map(|stimulus| Stimulus::manipulated(&stimulus.name, &stimulus.of, stimulus.expected()));
     Declared {
         samples: protocol.samples.clone(),
         stimuli: plain.chain(made).collect(),

@@ -5,9 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use piezotact::document::Content;
 use serde::{Deserialize, Serialize};
 
-use super::protocol::{
-    Block, Labels, Method, OrderKey, Over, Protocol, Question, Sequence, Task, TaskKind, When,
-};
+use super::protocol::{Block, Labels, OrderKey, Over, Protocol, Question, Task, TaskKind, When};
 
 /// The columns of a table of answers, in their order.
 pub const ANSWER_COLUMNS: [&str; 14] = [
@@ -172,11 +170,11 @@ impl<'a> Described<'a> {
             "presented" => Some(self.presented()),
             "source" => self.manipulated(
                 "Sample whose friction-induced vibration a manipulated stimulus is made from; empty for others.",
-                |stimulus| Some(&stimulus.of),
+                |stimulus| &stimulus.of,
             ),
             "expected" => self.manipulated(
                 "Sample that the hypothesis expects as answer to a manipulated stimulus; empty for others, whose own sample is expected.",
-                |stimulus| Some(&stimulus.expected),
+                |stimulus| stimulus.expected(),
             ),
             "offered" => self.offered(),
             "answered" => {
@@ -254,24 +252,6 @@ impl<'a> Described<'a> {
         }
     }
 
-    /// The samples of all blocks of the task, in the order of the protocol.
-    fn samples(&self) -> Vec<&'a String> {
-        let of = |block: &'a Block| -> Vec<&'a String> {
-            match &block.over {
-                Over::AllSamples => self.protocol.samples.iter().collect(),
-                Over::Samples(samples) => samples.iter().collect(),
-                Over::EverySet | Over::SharesOfSets(_) => {
-                    let sets = self.sets_of(block).into_iter();
-                    let sets = sets.filter_map(|name| self.protocol.set(name));
-                    sets.flat_map(|set| &set.samples).collect()
-                }
-            }
-        };
-        let used: BTreeSet<&String> = self.blocks.iter().flat_map(|(.., b)| of(b)).collect();
-        let all = self.protocol.samples.iter();
-        all.filter(|sample| used.contains(sample)).collect()
-    }
-
     fn position(&self) -> Option<ColumnMeaning> {
         let description = match &self.task.kind {
             TaskKind::Identify { .. } => "Always 1: samples are handed over one by one.".to_owned(),
@@ -289,50 +269,24 @@ impl<'a> Described<'a> {
         })
     }
 
-    /// The stimuli that are rendered in the task.
-    fn stimuli(&self) -> Vec<&'a str> {
-        match &self.task.kind {
-            TaskKind::Associate {
-                sequence: Sequence::Fixed { tests },
-                ..
-            } => {
-                let used: BTreeSet<&str> = (tests.iter())
-                    .flat_map(|test| test.stimuli.iter().map(String::as_str))
-                    .collect();
-                used.into_iter().collect()
-            }
-            TaskKind::Compare { method, .. } => {
-                let used: BTreeSet<&str> = match method {
-                    Method::Constant { pairs, .. } => {
-                        pairs.iter().flatten().map(String::as_str).collect()
-                    }
-                    Method::Adaptive(adaptive) => {
-                        let levels = adaptive.levels.iter().map(|level| level.stimulus.as_str());
-                        levels.chain([adaptive.standard.as_str()]).collect()
-                    }
-                };
-                used.into_iter().collect()
-            }
-            _ => self.samples().into_iter().map(String::as_str).collect(),
-        }
-    }
-
     fn rendered_levels(&self) -> BTreeMap<String, String> {
         let meaning = |name: &str| {
             let made = self.protocol.stimuli.iter().find(|one| one.name == name);
             let Some(made) = made else {
                 return format!("rendered vibration of {name}");
             };
+            let mut words = vec![format!("rendered vibration of {}", made.of)];
+            words.extend(made.of_spectrum());
             let level = made.level_of.as_ref();
             let level = level.map_or(String::new(), |of| format!(" at the rms level of {of}"));
-            format!("rendered vibration of {}{level}", made.of)
+            format!("{}{level}", words.join(", "))
         };
-        let names = self.stimuli().into_iter();
+        let names = self.protocol.rendered_in(self.task).into_iter();
         names.map(|name| (name.to_owned(), meaning(name))).collect()
     }
 
     fn sample_levels(&self, what: &str) -> BTreeMap<String, String> {
-        let samples = self.samples().into_iter();
+        let samples = self.protocol.touched_in(self.task).into_iter();
         samples
             .map(|sample| (sample.clone(), format!("{what} {sample}")))
             .collect()
@@ -366,7 +320,7 @@ impl<'a> Described<'a> {
     fn manipulated(
         &self,
         description: &str,
-        of: impl Fn(&'a super::protocol::Stimulus) -> Option<&'a String>,
+        of: impl Fn(&'a super::protocol::Stimulus) -> &'a str,
     ) -> Option<ColumnMeaning> {
         if !matches!(
             self.task.kind,
@@ -374,12 +328,12 @@ impl<'a> Described<'a> {
         ) {
             return None;
         }
-        let used = self.stimuli();
+        let used = self.protocol.rendered_in(self.task);
         let made = self.protocol.stimuli.iter();
-        let made = made.filter(|stimulus| used.contains(&stimulus.name.as_str()));
+        let made = made.filter(|stimulus| used.contains(stimulus.name.as_str()));
         let levels: BTreeMap<String, String> = made
-            .filter_map(of)
-            .map(|sample| (sample.clone(), format!("sample {sample}")))
+            .map(of)
+            .map(|sample| (sample.to_owned(), format!("sample {sample}")))
             .collect();
         (!levels.is_empty()).then(|| ColumnMeaning {
             levels,

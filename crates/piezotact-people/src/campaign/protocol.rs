@@ -3,6 +3,7 @@
 mod check;
 mod library;
 mod method;
+mod stimulus;
 
 use std::collections::BTreeMap;
 
@@ -13,6 +14,7 @@ use super::design::{Comparison, Factor, PairsWanted, Scoring};
 pub use check::{ProtocolError, read};
 pub use library::{LIBRARY, from_library};
 pub use method::{Adaptive, Catch, Level, Method, Question, Training};
+pub use stimulus::{BandStated, Stimulus};
 
 /// The version of the form of protocols that this program reads.
 pub const FORM: u32 = 1;
@@ -61,25 +63,6 @@ pub struct Protocol {
     pub tasks: Vec<Task>,
     /// The sessions of each participant, in their order.
     pub sessions: Vec<SessionProtocol>,
-}
-
-/// A rendered stimulus with another name than its sample: a manipulated one.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct Stimulus {
-    /// Its name: `S2 INVERTED`.
-    pub name: String,
-    /// The sample whose friction-induced vibration it is made from.
-    pub of: String,
-    /// The sample whose rms level it has; absent where the level is its own.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub level_of: Option<String>,
-    /// How much higher its rms level is than that, in dB; absent where it is not changed.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub gain_db: Option<f64>,
-    /// The sample that the hypothesis expects as answer.
-    pub expected: String,
 }
 
 /// A set of samples.
@@ -530,39 +513,5 @@ impl Protocol {
     #[must_use]
     pub fn set(&self, name: &str) -> Option<&SampleSet> {
         self.sets.iter().find(|set| set.name == name)
-    }
-
-    /// The sample that is the physical origin of `stimulus`; the stimulus of a sample has its name.
-    #[must_use]
-    pub fn sample_of<'a>(&'a self, stimulus: &'a str) -> Option<&'a str> {
-        let manipulated = self.stimuli.iter().find(|other| other.name == stimulus);
-        match manipulated {
-            Some(manipulated) => Some(&manipulated.of),
-            None => self
-                .samples
-                .iter()
-                .find(|sample| *sample == stimulus)
-                .map(String::as_str),
-        }
-    }
-
-    /// Of what `stimulus` is made: its sample, the sample whose rms level it has, and how much higher its level is than that, in dB.
-    #[must_use]
-    pub fn made_of<'a>(&'a self, stimulus: &'a str) -> Option<(&'a str, &'a str, f64)> {
-        let of = self.sample_of(stimulus)?;
-        let manipulated = self.stimuli.iter().find(|other| other.name == stimulus);
-        let level_of = manipulated.and_then(|one| one.level_of.as_deref());
-        let gain_db = manipulated.and_then(|one| one.gain_db).unwrap_or(0.0);
-        Some((of, level_of.unwrap_or(of), gain_db))
-    }
-
-    /// The answer that is expected for `stimulus`: its sample, or the one that the hypothesis names.
-    #[must_use]
-    pub fn expected<'a>(&'a self, stimulus: &'a str) -> Option<&'a str> {
-        let manipulated = self.stimuli.iter().find(|other| other.name == stimulus);
-        match manipulated {
-            Some(manipulated) => Some(&manipulated.expected),
-            None => self.sample_of(stimulus),
-        }
     }
 }

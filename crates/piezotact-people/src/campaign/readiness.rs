@@ -4,16 +4,22 @@
 
 mod error;
 mod made;
+mod prepared;
 
 use std::collections::BTreeSet;
 
 pub use error::NotReady;
+pub use made::before_rendering;
+pub use prepared::{PreparedStimuli, PreparedStimulus, prepared_stimuli};
 
 use piezotact::checksum::Checksum;
 use piezotact::compare::plain_name;
 use piezotact::criterion::Outcome;
 use piezotact::lineage::Lineage;
+use piezotact::quantity::Acceleration;
 use piezotact::recording::{BenchKind, Condition};
+use piezotact::render::Rendering as Rendered;
+use piezotact::series::Series;
 use piezotact::transfer::AtRest;
 
 use super::plan::{Plan, Presented};
@@ -100,6 +106,20 @@ pub struct RenderingFacts {
     pub samples: Checksum,
     /// What the drive was made from, and how; `None` where nothing says it.
     pub lineage: Option<Lineage>,
+    /// The sample that was touched, by what its target states.
+    pub sample: Option<String>,
+    /// The file of its target.
+    pub target_file: String,
+    /// Its target, m/s².
+    pub texture: Series<Acceleration>,
+    /// What the target was made from, and how, by its own file.
+    pub target_lineage: Option<Lineage>,
+    /// What the drive states otherwise than when it was measured: `another level`.
+    pub changed_since_measured: Option<String>,
+    /// The checksums of the transfer functions that it was made with, first the one that it was rendered with.
+    pub made_with: Vec<Checksum>,
+    /// How much higher the measured level is than that of the target as it was rendered, dB; `None` where nothing was measured.
+    pub level_error_db: Option<f64>,
     /// The level that it was rendered at, relative to its texture, in dB.
     pub level_db: f64,
     /// The strokes that it was made from.
@@ -209,20 +229,61 @@ pub fn not_ready(protocol: &Protocol, plan: &Plan, known: Known<'_>) -> Vec<NotR
             .and_then(|bench| finger(&plan.participant, bench)),
     );
     found.extend(known.sensor.iter().flat_map(|now| sensor(now, known)));
-    let mut drives = Vec::new();
-    for stimulus in stimuli_of(plan) {
+    found.extend(stimuli_not_ready(
+        protocol,
+        &plan.participant,
+        stimuli_of(plan),
+        known,
+    ));
+    found
+}
+
+/// What is wrong with the drives of `stimuli` for `participant`: each as the protocol states it.
+///
+/// Source: docs/decisions/campaigns.md.
+#[must_use]
+pub fn stimuli_not_ready<'a>(
+    protocol: &Protocol,
+    participant: &str,
+    stimuli: impl IntoIterator<Item = &'a str>,
+    known: Known<'_>,
+) -> Vec<NotReady> {
+    let (mut found, mut drives) = (Vec::new(), Vec::new());
+    for stimulus in stimuli {
         let facts = known.renderings.iter().find(|one| one.stimulus == stimulus);
         drives.extend(facts);
         match facts {
             None => found.push(missing(stimulus, known.incomplete)),
             Some(facts) => {
-                found.extend(of_drive(protocol, plan, facts, known.now_ms));
+                found.extend(of_drive(protocol, participant, facts, known.now_ms));
                 found.extend(known.bench.iter().flat_map(|bench| on_bench(facts, bench)));
             }
         }
     }
     found.extend(made::faults(protocol, &drives));
     found
+}
+
+/// What `drive` states otherwise than `played`, the same samples when they were measured; `None` where they state the same.
+#[must_use]
+pub fn changed_since(played: &Rendered, drive: &Rendered) -> Option<String> {
+    let lineage = |one: &Rendered| {
+        let lineage = one.about.provenance.lineage.as_ref();
+        lineage.map(before_rendering)
+    };
+    let person = |one: &Rendered| one.about.condition.participant.clone();
+    let device = |one: &Rendered| one.setup.clone();
+    let made_with = |one: &Rendered| one.about.provenance.made_with.clone();
+    let changed = [
+        ("level", (played.level_db - drive.level_db).abs() > 0.005),
+        ("lineage", lineage(played) != lineage(drive)),
+        ("participant", person(played) != person(drive)),
+        ("device or gain", device(played) != device(drive)),
+        ("transfer function", made_with(played) != made_with(drive)),
+    ];
+    let changed = changed.into_iter().filter(|(_, differs)| *differs);
+    let changed: Vec<String> = changed.map(|(what, _)| format!("another {what}")).collect();
+    (!changed.is_empty()).then(|| changed.join(", "))
 }
 
 /// What of a stimulus without a drive is not there.
@@ -389,7 +450,7 @@ fn hours_between(earlier_ms: i64, later_ms: i64) -> f64 {
 
 fn of_drive(
     protocol: &Protocol,
-    plan: &Plan,
+    participant: &str,
     facts: &RenderingFacts,
     now_ms: i64,
 ) -> Vec<NotReady> {
@@ -398,18 +459,21 @@ fn of_drive(
     let Some(rendering) = &protocol.rendering else {
         return found;
     };
-    let participant = &plan.participant;
     let somebody = facts.strokes.condition.participant.as_ref();
-    if somebody != Some(participant) {
+    if somebody.is_none_or(|somebody| somebody != participant) {
         found.push(NotReady::Strokes {
             stimulus: stimulus(),
-            participant: participant.clone(),
+            participant: participant.to_owned(),
             found: somebody.map_or_else(|| "somebody who is not stated".to_owned(), Clone::clone),
         });
     }
-    let expected = match &rendering.transfer_function {
-        TransferFunctionUse::Own => Whose::Of(participant.clone()),
-        TransferFunctionUse::Average { .. } => Whose::Average,
+    let made = protocol.stimulus(&facts.stimulus);
+    let made = made.as_deref();
+    let whose = made.and_then(|made| protocol.transfer_function_of(made));
+    let is_average = matches!(whose, Some(TransferFunctionUse::Average { .. }));
+    let expected = match is_average {
+        true => Whose::Average,
+        false => Whose::Of(participant.to_owned()),
     };
     if facts.rendered_with != expected {
         found.push(NotReady::TransferFunction {
@@ -429,7 +493,9 @@ fn of_drive(
             stimulus: stimulus(),
         });
     }
-    for part in Part::ALL {
+    // An averaged transfer function has no age: it is not measured for each session.
+    let ages = |part: &Part| *part != Part::TransferFunction || !is_average;
+    for part in Part::ALL.into_iter().filter(ages) {
         found.extend(age(rendering, facts, part, now_ms));
     }
     found
@@ -440,15 +506,8 @@ fn is_simulated(bench: Option<BenchKind>) -> bool {
 }
 
 /// What is wrong with the age of a part. The recording that a drive was verified with must be dated, unless it was simulated; the others
-/// may come from systems that state no date. An averaged transfer function has no age: it is not measured for each session.
+/// may come from systems that state no date.
 fn age(rendering: &Rendering, facts: &RenderingFacts, part: Part, now_ms: i64) -> Option<NotReady> {
-    let is_average = matches!(
-        rendering.transfer_function,
-        TransferFunctionUse::Average { .. }
-    );
-    if part == Part::TransferFunction && is_average {
-        return None;
-    }
     let stimulus = facts.stimulus.clone();
     let at_ms = facts.origin(part).at_ms;
     match at_ms.map(|at_ms| hours_between(at_ms, now_ms)) {

@@ -113,7 +113,7 @@ pub(crate) fn run(args: &Campaign) -> Outcome {
 }
 
 /// The protocol in the file `named`, or that of the library with this name; a file is preferred.
-fn protocol_of(named: &Path) -> Outcome<Protocol> {
+pub(in crate::commands) fn protocol_of(named: &Path) -> Outcome<Protocol> {
     Ok(protocol_text(named)?.0)
 }
 

@@ -41,6 +41,9 @@ pub(super) struct Drives<'a> {
     bench: Option<Bench>,
     pub(super) bench_name: Option<String>,
     pub(super) level_set_by: Option<String>,
+    /// What drives that were prepared before are compared with.
+    #[cfg(feature = "study")]
+    known: super::stimuli::Known,
 }
 
 impl<'a> Drives<'a> {
@@ -51,7 +54,7 @@ impl<'a> Drives<'a> {
         function: &TransferFunction<Drive, Acceleration>,
         bench: Option<Bench>,
     ) -> Outcome<Self> {
-        let mut render = request(args, textures);
+        let mut render = request(args);
         let mut level_set_by = None;
         render.level = match args.level {
             LevelRule::Fit => Level::Fit,
@@ -59,9 +62,13 @@ impl<'a> Drives<'a> {
             LevelRule::Common => {
                 let config = render::config_of(&Render {
                     level: Level::Fit,
-                    ..request(args, textures)
+                    ..request(args)
                 })?;
-                let targets: Vec<_> = textures.all.iter().map(|one| one.series.clone()).collect();
+                let targets: Vec<_> = textures
+                    .all
+                    .iter()
+                    .map(|one| one.series().clone())
+                    .collect();
                 let margin = args.mode.map_or(Decibels(0.0), |_| LOOP_MARGIN);
                 let level = common_level(&targets, function, &config, margin);
                 let by = level.limited_by.map(|i| &textures.all[i].strokes.texture);
@@ -71,6 +78,8 @@ impl<'a> Drives<'a> {
         };
         let bench_name = bench.as_ref();
         let bench_name = bench_name.map(|bench| bench.acquirer.describe().name.clone());
+        #[cfg(feature = "study")]
+        let known = super::stimuli::Known::of(function, bench.as_ref());
         // A closed loop opens it by itself.
         let bench = bench.filter(|_| args.mode.is_none());
         Ok(Self {
@@ -80,6 +89,8 @@ impl<'a> Drives<'a> {
             bench,
             bench_name,
             level_set_by,
+            #[cfg(feature = "study")]
+            known,
         })
     }
 
@@ -104,12 +115,38 @@ impl<'a> Drives<'a> {
             },
             ..self.render
         };
-        let jobs = render::jobs(&request)?;
+        #[cfg(feature = "study")]
+        let before = |texture: &Texture| super::stimuli::held(args, &request, &self.known, texture);
+        #[cfg(not(feature = "study"))]
+        let before = |_: &Texture| None;
+        let held: Vec<Option<Prepared>> = textures.all.iter().map(before).collect();
+        let made: Vec<&Texture> = (textures.all.iter().zip(&held))
+            .filter_map(|(texture, held)| held.is_none().then_some(texture))
+            .collect();
+        // Each with what stood at the places of its files.
+        let earlier = made.iter().map(|texture| texture.written(&args.out));
+        let earlier: Vec<Vec<Earlier>> = earlier.collect::<Outcome<_>>()?;
+        let request = places(args, &made, request);
+        let jobs = match made.is_empty() {
+            true => Vec::new(),
+            false => render::jobs(&request)?,
+        };
         let preparing = Work::of_steps(PREPARING, jobs.len());
         let between = Between::items(PREPARING.item);
-        for (mut texture, job) in textures.all.into_iter().zip(&jobs) {
-            let earlier = std::mem::take(&mut texture.earlier);
+        let mut to_do = jobs.iter().zip(earlier);
+        for (texture, held) in textures.all.into_iter().zip(held) {
             let target = name(&texture.target);
+            if let Some(held) = held {
+                say(&format!(
+                    "{}: prepared before, and verified again",
+                    texture.strokes.texture
+                ));
+                all.push(held);
+                continue;
+            }
+            let Some((job, earlier)) = to_do.next() else {
+                continue;
+            };
             say(&format!("{}:", texture.strokes.texture));
             if interrupted() {
                 let why = "interrupted before it was begun";
@@ -196,18 +233,28 @@ pub(super) fn finger_of(function: &TransferFunction<Drive, Acceleration>) -> Fin
     }
 }
 
-/// The renderings that are asked for, at a level to be set.
-fn request(args: &Arguments, textures: &Textures) -> Render {
+/// `request` for the drives of `textures`, with their files.
+fn places(args: &Arguments, textures: &[&Texture], request: Render) -> Render {
     let place = |part: &str, ending: &str| -> PathBuf {
-        match textures.all.as_slice() {
+        match textures {
             [only] => file(&args.out, part, &only.called, ending),
             _ => args.out.join(part),
         }
     };
     Render {
-        targets: textures.all.iter().map(|one| one.target.clone()).collect(),
-        transfer: vec![args.transfer.clone()],
+        targets: textures.iter().map(|one| one.target.clone()).collect(),
         out: place("drives", "wav"),
+        record: args.mode.map(|_| place("measured", "parquet")),
+        ..request
+    }
+}
+
+/// The renderings that are asked for, of no texture yet and at a level to be set.
+fn request(args: &Arguments) -> Render {
+    Render {
+        targets: Vec::new(),
+        transfer: vec![args.transfer.clone()],
+        out: args.out.join("drives"),
         band: args.band,
         channel: None,
         reading: Reading {
@@ -231,7 +278,7 @@ fn request(args: &Arguments, textures: &Textures) -> Render {
             load: None,
             angle: None,
         },
-        record: args.mode.map(|_| place("measured", "parquet")),
+        record: None,
         discard_raw: false,
         allow_clipping: false,
         outputs: Outputs::default(),

@@ -1,6 +1,8 @@
 //! `piezotact prepare`: from the strokes of a participant who has just touched the samples to one verified drive for each texture.
 
 mod drives;
+#[cfg(feature = "study")]
+mod stimuli;
 mod strokes;
 
 use std::path::{Path, PathBuf};
@@ -8,7 +10,9 @@ use std::str::FromStr;
 
 use clap::Args;
 use piezotact::criterion::Outcome as Judged;
+use piezotact::document::Content;
 use piezotact::lineage::Mode;
+use piezotact::page::Shown;
 use piezotact::prepare::PreparedDrives;
 use piezotact::quantity::{Acceleration, Band, Drive};
 use piezotact::warning::Warnings;
@@ -20,6 +24,8 @@ use crate::deliver::{Outputs, deliver};
 use crate::failure::{Failures, Outcome};
 use crate::interrupt::{self, interrupted};
 use drives::Drives;
+#[cfg(feature = "study")]
+use stimuli::Stimuli;
 use strokes::Textures;
 
 #[cfg(feature = "study")]
@@ -29,6 +35,11 @@ pub(super) use strokes::file_name;
 pub(crate) struct Arguments {
     #[command(flatten)]
     takes: Takes,
+    /// Makes every stimulus of a protocol (a file, or a name of the library) from these strokes, under its name there. What an
+    /// interrupted command has prepared is verified, and not made again.
+    #[cfg(feature = "study")]
+    #[arg(long, value_name = "PROTOCOL")]
+    protocol: Option<PathBuf>,
     /// The transfer function of the device with this participant's finger on it.
     #[arg(long)]
     transfer: PathBuf,
@@ -66,6 +77,17 @@ pub(crate) struct Arguments {
     outputs: Outputs,
 }
 
+impl Arguments {
+    /// The file of the protocol, where one is given.
+    fn protocol_file(&self) -> Option<&Path> {
+        #[cfg(feature = "study")]
+        let protocol = self.protocol.as_deref();
+        #[cfg(not(feature = "study"))]
+        let protocol: Option<&Path> = None;
+        protocol.filter(|path| path.is_file())
+    }
+}
+
 /// The level at which textures are rendered.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum LevelRule {
@@ -96,7 +118,19 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     let function = read_transfer(&args.transfer)?;
     let function = function.function::<Drive, Acceleration>(&args.transfer)?;
     let bench = args.bench.as_ref().map(BenchSpec::open).transpose()?;
-    let (textures, failures) = Textures::of(args, &function, bench.as_ref())?;
+    #[cfg(feature = "study")]
+    let protocol = args.protocol.as_deref();
+    #[cfg(feature = "study")]
+    let protocol = protocol.map(|protocol| Stimuli::of(protocol, &function));
+    #[cfg(feature = "study")]
+    let protocol = protocol.transpose()?;
+    let (textures, failures) = Textures::of(
+        args,
+        &function,
+        bench.as_ref(),
+        #[cfg(feature = "study")]
+        protocol.as_ref(),
+    )?;
     let drives = Drives::of(args, &textures, &function, bench)?;
     let mut found = PreparedDrives {
         participant: textures.participant.clone(),
@@ -116,13 +150,25 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         failed: failures.files().to_vec(),
         warnings: Warnings::default(),
     };
+    #[cfg(feature = "study")]
+    let pseudonym = textures.pseudonym.clone();
     found.textures = drives.prepared(textures)?;
     let found = found.concluded();
-    delivered(args, &found, &failures)
+    #[cfg(feature = "study")]
+    if let Some(protocol) = &protocol {
+        let found = protocol.prepared(args, &pseudonym, found)?;
+        return delivered(args, &found, &found.drives.sentence, &failures);
+    }
+    delivered(args, &found, &found.sentence, &failures)
 }
 
 /// Hands out what was prepared, and says what failed or was interrupted before the verdict.
-fn delivered(args: &Arguments, found: &PreparedDrives, failures: &Failures) -> Outcome {
+fn delivered<T: Shown + Content>(
+    args: &Arguments,
+    found: &T,
+    sentence: &str,
+    failures: &Failures,
+) -> Outcome {
     let delivered = deliver(&args.outputs, found);
     if let Err(failure) = &delivered
         && !failure.is_verdict()
@@ -132,7 +178,7 @@ fn delivered(args: &Arguments, found: &PreparedDrives, failures: &Failures) -> O
     failures.outcome()?;
     if interrupted() {
         return Err(interrupt::failure(
-            &found.sentence,
+            sentence,
             "what is done stays; give the same command again: all textures are prepared, at one level",
         ));
     }

@@ -16,7 +16,7 @@ use piezotact::transfer::TransferFunction;
 
 use super::drives::finger_of;
 use super::{Arguments, file};
-use crate::commands::manipulate::write_stroke;
+use crate::commands::manipulate::Written;
 use crate::commands::render::folders;
 use crate::commands::touch::take_all;
 use crate::failure::{Failure, Failures, Outcome, usage};
@@ -32,6 +32,9 @@ use piezotact_dataset::sidecar::sidecar_path;
 /// The textures that a participant touched.
 pub(super) struct Textures {
     pub(super) participant: Option<String>,
+    /// Their name alone, as a session has it.
+    #[cfg(feature = "study")]
+    pub(super) pseudonym: String,
     pub(super) all: Vec<Texture>,
     /// The folder of measurements, for this command alone.
     _held: RunFolder,
@@ -43,10 +46,31 @@ pub(super) struct Texture {
     pub(super) called: String,
     pub(super) strokes: TextureStrokes,
     pub(super) target: PathBuf,
-    pub(super) series: Series<Acceleration>,
+    /// What is written there.
+    pub(super) made: Written,
     pub(super) warnings: Vec<Warning>,
-    /// What stood at the places of its files.
-    pub(super) earlier: Vec<Earlier>,
+}
+
+impl Texture {
+    pub(super) fn series(&self) -> &Series<Acceleration> {
+        &self.made.texture.series
+    }
+
+    /// Writes its target. What stood at the places of its files is of an earlier session, and is kept: a new target never stands beside an
+    /// old drive.
+    pub(super) fn written(&self, out: &Path) -> Outcome<Vec<Earlier>> {
+        let places = [
+            self.target.clone(),
+            file(out, "drives", &self.called, "wav"),
+            file(out, "measured", &self.called, "parquet"),
+        ];
+        let earlier = places
+            .iter()
+            .map(|place| Earlier::at(place, "what an earlier command left"))
+            .collect::<Outcome<Vec<_>>>()?;
+        self.made.write(&self.target)?;
+        Ok(earlier)
+    }
 }
 
 /// A stroke with the take that it is of.
@@ -57,12 +81,13 @@ struct Found<'a> {
 }
 
 impl Textures {
-    /// The textures of the recordings that `args` names, the chosen stroke of each written as a target; and the recordings that
-    /// failed.
+    /// The textures of the recordings that `args` names, each with its chosen stroke, and those that a protocol makes of them; and the
+    /// recordings that failed. Nothing is written.
     pub(super) fn of(
         args: &Arguments,
         function: &TransferFunction<Drive, Acceleration>,
         bench: Option<&Bench>,
+        #[cfg(feature = "study")] protocol: Option<&super::stimuli::Stimuli>,
     ) -> Outcome<(Self, Failures)> {
         let (takes, mut failures) = take_all(&args.takes)?;
         let participant = one_participant(&takes)?;
@@ -72,7 +97,18 @@ impl Textures {
         }
         let groups = by_texture(&takes);
         let called = file_names(groups.iter().map(|(texture, _)| texture.as_str()));
-        check_outputs(args, &called)?;
+        #[cfg(feature = "study")]
+        let made = match protocol {
+            Some(protocol) => {
+                protocol.require_strokes_of(&groups, participant.as_deref())?;
+                protocol.file_names().collect()
+            }
+            None => Vec::new(),
+        };
+        #[cfg(not(feature = "study"))]
+        let made = Vec::new();
+        let written: Vec<String> = called.iter().cloned().chain(made).collect();
+        check_outputs(args, &written)?;
         let held = runs_in(&args.out.join("measured"))?;
         let mut all = Vec::new();
         for ((texture, takes), called) in groups.into_iter().zip(called) {
@@ -90,8 +126,16 @@ impl Textures {
         if all.is_empty() {
             failures.outcome()?;
         }
+        #[cfg(feature = "study")]
+        if let Some(protocol) = protocol {
+            protocol.make_of(&mut all, &args.out)?;
+        }
         let textures = Self {
             participant,
+            #[cfg(feature = "study")]
+            pseudonym: (takes.iter())
+                .find_map(|take| take.condition().participant.clone())
+                .unwrap_or_default(),
             all,
             _held: held,
         };
@@ -250,6 +294,7 @@ fn check_outputs(args: &Arguments, called: &[String]) -> Outcome {
     let read: Vec<&Path> = recordings
         .chain([args.transfer.as_path()])
         .chain(args.bench.as_ref().and_then(|bench| bench.file()))
+        .chain(args.protocol_file())
         .collect();
     let written: Vec<&Path> = written.iter().map(PathBuf::as_path).collect();
     let checked = outputs(&read, &written);
@@ -315,17 +360,7 @@ fn chosen(
     let conditions: Vec<&Condition> = takes.iter().map(|take| take.condition()).collect();
     warnings.extend(warnings_of_conditions(&texture, &conditions, function));
     let target = file(&args.out, "targets", &called, "wav");
-    // What stands there is of an earlier session: a new target never stands beside an old drive.
-    let earlier = [
-        target.clone(),
-        file(&args.out, "drives", &called, "wav"),
-        file(&args.out, "measured", &called, "parquet"),
-    ];
-    let earlier = earlier
-        .iter()
-        .map(|place| Earlier::at(place, "what an earlier command left"))
-        .collect::<Outcome<Vec<_>>>()?;
-    let series = write_stroke(&target, take, cut)?;
+    let made = Written::stroke(take, cut)?;
     let rejected = takes.iter().map(|take| take.segmentation.rejected.len());
     Ok(Texture {
         called,
@@ -338,9 +373,8 @@ fn chosen(
             stroke,
         },
         target,
-        series,
+        made,
         warnings,
-        earlier,
     })
 }
 

@@ -230,16 +230,36 @@ fn stimuli(protocol: &Protocol) -> Result<(), ProtocolError> {
     distinct("samples and stimuli", "stimulus", names)?;
     for stimulus in &protocol.stimuli {
         let place = format!("stimulus {}", stimulus.name);
-        let samples = [
-            Some(&stimulus.of),
-            stimulus.level_of.as_ref(),
-            Some(&stimulus.expected),
-        ];
-        known_samples(protocol, &place, samples.into_iter().flatten())?;
-        if let Some(gain_db) = stimulus.gain_db
-            && !(-60.0..=60.0).contains(&gain_db)
-        {
-            return Err(number(&format!("{place}: gain_db"), "-60 to 60", gain_db));
+        known_samples(
+            protocol,
+            &place,
+            stimulus.samples().chain(&stimulus.expected),
+        )?;
+        if [&stimulus.spectrum_of, &stimulus.level_of].contains(&&Some(stimulus.of.clone())) {
+            return Err(ProtocolError::Place {
+                place,
+                why: format!(
+                    "`spectrum_of` and `level_of` name another sample than {}, which it is made of: leave out the one that names it",
+                    stimulus.of
+                ),
+            });
+        }
+        let band_db = stimulus.band.and_then(|band| band.gain_db);
+        for (what, found, (least, most), expected) in [
+            ("gain_db", stimulus.gain_db, (-60.0, 60.0), "-60 to 60"),
+            ("band.gain_db", band_db, (-60.0, 60.0), "-60 to 60"),
+            ("warp", stimulus.warp, (0.1, 10.0), "0.1 to 10"),
+            (
+                "shift_hz",
+                stimulus.shift_hz,
+                (-1000.0, 1000.0),
+                "-1000 to 1000",
+            ),
+        ] {
+            let wrong = found.filter(|found| !(least..=most).contains(found));
+            if let Some(wrong) = wrong {
+                return Err(number(&format!("{place}: {what}"), expected, wrong));
+            }
         }
     }
     Ok(())

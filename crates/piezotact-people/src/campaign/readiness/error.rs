@@ -53,7 +53,7 @@ pub enum NotReady {
     Measured { stimulus: String },
     /// The drive of another stimulus.
     #[error(
-        "{stimulus}: expected a drive of its own in {file}, found that of {other} in {other_file}; {todo}"
+        "{stimulus}: expected a drive of its own in {file}, found that of {other} in {other_file}; make both by `piezotact prepare --protocol`"
     )]
     SameDrive {
         stimulus: String,
@@ -63,19 +63,18 @@ pub enum NotReady {
         other: String,
         /// The file of that one.
         other_file: String,
-        todo: String,
     },
-    /// A drive whose level the lineage states otherwise than the protocol.
-    #[error("{stimulus}: expected {expected}, found {found} by the lineage of {file}; {todo}")]
-    Level {
+    /// A drive that was not made as the protocol states it.
+    #[error(
+        "{stimulus}: expected {expected}, found {found} by {seen_in}; make it again by `piezotact prepare --protocol`"
+    )]
+    Made {
         stimulus: String,
-        /// The level that the protocol states.
+        /// What the protocol states.
         expected: String,
-        /// The level that the lineage and the rendering state.
         found: String,
-        /// The file of the drive.
-        file: String,
-        todo: String,
+        /// Where it was found: the lineage of a drive, the samples of a target, a measurement.
+        seen_in: String,
     },
     /// The bench does not play the drive.
     #[error("{stimulus}: {why}")]
@@ -199,7 +198,7 @@ impl NotReady {
             | Self::NotPassed { stimulus, .. }
             | Self::Measured { stimulus }
             | Self::SameDrive { stimulus, .. }
-            | Self::Level { stimulus, .. }
+            | Self::Made { stimulus, .. }
             | Self::Refused { stimulus, .. }
             | Self::OtherBench { stimulus, .. }
             | Self::TwinSeed { stimulus, .. }

@@ -1,105 +1,313 @@
 //! Whether the drive of each stimulus was made as the protocol states it: by its samples and its lineage, never by the name of its file.
 
-use piezotact::lineage::Lineage;
+use piezotact::lineage::{BandChange, Lineage, Operation};
+use piezotact::quantity::{Acceleration, Decibels};
+use piezotact::series::Series;
 
-use super::super::protocol::Protocol;
+use super::super::protocol::{Protocol, Stimulus};
 use super::{NotReady, RenderingFacts};
 
 /// Two levels that differ by less are one, dB: protocols state three decimals.
 const SAME_LEVEL_DB: f64 = 0.01;
+/// Two stimuli that are stated to have one level were measured within this, dB: below the smallest JND of level, 1.65 dB (Israr, Tan and
+/// Reed 2006, JASA 120:2789).
+const MEASURED_LEVEL_DB: f64 = 1.0;
+/// The same stroke at another level differs by rounding alone: the largest share of its rms.
+const SAME_WAVEFORM_SHARE: f64 = 1e-3;
+
+/// A difference: what the protocol states, what was found, and where.
+type Difference = (String, String, String);
 
 /// What is wrong with how the `drives` of a session were made.
 pub(super) fn faults(protocol: &Protocol, drives: &[&RenderingFacts]) -> Vec<NotReady> {
     let found = drives.iter().enumerate().filter_map(|(i, facts)| {
-        let made = protocol.made_of(&facts.stimulus)?;
+        let made = protocol.stimulus(&facts.stimulus)?;
         let is_its_own = |other: &&&RenderingFacts| {
-            other.samples == facts.samples && protocol.made_of(&other.stimulus) != Some(made)
+            let other_made = protocol.stimulus(&other.stimulus);
+            other.samples == facts.samples && !other_made.is_some_and(|one| one.is_made_as(&made))
         };
-        match drives[..i].iter().find(is_its_own) {
-            Some(other) => Some(NotReady::SameDrive {
+        if let Some(other) = drives[..i].iter().find(is_its_own) {
+            return Some(NotReady::SameDrive {
                 stimulus: facts.stimulus.clone(),
                 file: facts.file.clone(),
                 other: other.stimulus.clone(),
                 other_file: other.file.clone(),
-                todo: todo(made),
-            }),
-            None => level(made, facts, drives),
+            });
         }
+        let compared = Compared {
+            protocol,
+            made: &made,
+            facts,
+            drives,
+        };
+        let (expected, found, seen_in) = compared.difference()?;
+        Some(NotReady::Made {
+            stimulus: facts.stimulus.clone(),
+            expected,
+            found,
+            seen_in,
+        })
     });
     found.collect()
 }
 
-/// A level of `facts` that is not the one that the protocol states. That of a rendering counts where the drive to compare with is there.
-fn level(
-    made @ (sample, level_of, gain_db): (&str, &str, f64),
-    facts: &RenderingFacts,
-    drives: &[&RenderingFacts],
-) -> Option<NotReady> {
-    let nothing = Lineage::default();
-    let lineage = facts.lineage.as_ref().unwrap_or(&nothing);
-    let (of, by_db) = lineage.level();
-    let with_level = drives.iter().find(|other| other.stimulus == level_of);
-    let rendered_db = with_level.map_or(0.0, |other| facts.level_db - other.level_db);
-    let is_of_it = match of {
-        None => level_of == sample,
-        Some(of) => !is_of_another(&of.source, level_of, drives),
-    };
-    let is_its_own = of.is_none_or(|of| level_of != sample || of.source == lineage.source);
-    if is_of_it && is_its_own && (by_db + rendered_db - gain_db).abs() <= SAME_LEVEL_DB {
-        return None;
-    }
-    let mut found = match of {
-        None => words("its own level", by_db),
-        Some(of) => words(&format!("the level of {}", of.source), by_db),
-    };
-    if rendered_db.abs() > SAME_LEVEL_DB {
-        found += &format!(", rendered {rendered_db:+.3} dB re {level_of}");
-    }
-    let expected = match level_of == sample {
-        true => words(&format!("the level of {sample} itself"), gain_db),
-        false => words(&format!("the level of {level_of}"), gain_db),
-    };
-    Some(NotReady::Level {
-        stimulus: facts.stimulus.clone(),
-        expected,
-        found,
-        file: facts.file.clone(),
-        todo: todo(made),
-    })
+/// A stimulus as the protocol states it, and what is there of it and of the others.
+struct Compared<'a> {
+    protocol: &'a Protocol,
+    made: &'a Stimulus,
+    facts: &'a RenderingFacts,
+    drives: &'a [&'a RenderingFacts],
 }
 
-/// Whether the recording called `source` is known to be one of another sample than `sample`: by the drives of plain samples.
-fn is_of_another(source: &str, sample: &str, drives: &[&RenderingFacts]) -> bool {
-    let of_source = |one: &&&RenderingFacts| {
-        let lineage = one.lineage.as_ref();
-        lineage.is_some_and(|lineage| lineage.source == source && !lineage.is_manipulated())
-    };
-    let mut known = drives.iter().filter(of_source).peekable();
-    known.peek().is_some() && known.all(|one| one.stimulus != sample)
+impl Compared<'_> {
+    /// The first difference.
+    fn difference(&self) -> Option<Difference> {
+        self.sample()
+            .or_else(|| self.target())
+            .or_else(|| self.played())
+            .or_else(|| self.steps())
+            .or_else(|| self.level())
+            .or_else(|| self.stroke())
+            .or_else(|| self.level_of_samples())
+            .or_else(|| self.transfer_function())
+            .or_else(|| self.measured_level())
+    }
+
+    /// The drive of `sample` as it was touched, where it is there and not the one that is compared.
+    fn plain(&self, sample: &str) -> Option<&RenderingFacts> {
+        let mut others = self.drives.iter().copied();
+        others.find(|other| other.stimulus == sample && other.stimulus != self.facts.stimulus)
+    }
+
+    fn lineage_of_drive(&self) -> String {
+        format!("the lineage of {}", self.facts.file)
+    }
+
+    /// Another sample was touched.
+    fn sample(&self) -> Option<Difference> {
+        let found = self.facts.sample.as_ref()?;
+        (*found != self.made.of).then(|| {
+            (
+                format!("a texture of {}", self.made.of),
+                format!("one of {found}"),
+                self.facts.target_file.clone(),
+            )
+        })
+    }
+
+    /// The drive was not rendered from the target beside it.
+    fn target(&self) -> Option<Difference> {
+        let target = before_rendering(self.facts.target_lineage.as_ref()?);
+        let drive = before_rendering(self.facts.lineage.as_ref()?);
+        (target != drive).then(|| {
+            (
+                format!("a drive rendered from its target, {target}"),
+                format!("one rendered from {drive}"),
+                self.lineage_of_drive(),
+            )
+        })
+    }
+
+    /// The drive does not state what it stated when it was measured.
+    fn played(&self) -> Option<Difference> {
+        let changed = self.facts.changed_since_measured.as_ref()?;
+        Some((
+            "what the drive stated when it was measured".to_owned(),
+            changed.clone(),
+            self.facts.file.clone(),
+        ))
+    }
+
+    /// What was done to the spectrum.
+    fn steps(&self) -> Option<Difference> {
+        let steps = self.facts.lineage.iter().flat_map(|one| &one.steps);
+        let found = steps.filter_map(|step| {
+            Some(match &step.operation {
+                Operation::Stroke { .. }
+                | Operation::MeanTakenAway { .. }
+                | Operation::Looped { .. }
+                | Operation::Gain { .. }
+                | Operation::RmsOf { .. }
+                | Operation::Rendered { .. } => return None,
+                Operation::SpectrumOf { of, .. } => {
+                    let stated = self.made.spectrum_of.as_ref();
+                    let is_stated = |sample: &&String| !self.is_of_another(&of.source, sample);
+                    let sample = stated.filter(is_stated).unwrap_or(&of.source);
+                    format!("spectrum of {sample}")
+                }
+                Operation::Warped { ratio, .. } => format!("warp × {ratio}"),
+                Operation::BandChanged {
+                    band_hz,
+                    change: BandChange::Gain { gain_db },
+                    ..
+                } => format!("{band_hz} {gain_db:+} dB"),
+                other => other.brief_text(),
+            })
+        });
+        let found: Vec<String> = found.collect();
+        let stated = self.made.of_spectrum();
+        let words = |steps: Vec<String>| match steps.is_empty() {
+            true => "its own spectrum".to_owned(),
+            false => steps.join(", "),
+        };
+        (found != stated).then(|| (words(stated), words(found), self.lineage_of_drive()))
+    }
+
+    /// The level that the lineage states. That of a rendering counts where the drive to compare with is there.
+    fn level(&self) -> Option<Difference> {
+        let (made, facts) = (self.made, self.facts);
+        let (sample, level_of, gain_db) = (made.of.as_str(), made.level_of(), made.gain_db());
+        let nothing = Lineage::default();
+        let lineage = facts.lineage.as_ref().unwrap_or(&nothing);
+        let (of, by_db) = lineage.level();
+        let with_level = self.plain(level_of);
+        let rendered_db = with_level.map_or(0.0, |other| facts.level_db - other.level_db);
+        let is_of_it = match of {
+            None => level_of == sample,
+            Some(of) => !self.is_of_another(&of.source, level_of),
+        };
+        let is_its_own = of.is_none_or(|of| level_of != sample || of.source == lineage.source);
+        if is_of_it && is_its_own && (by_db + rendered_db - gain_db).abs() <= SAME_LEVEL_DB {
+            return None;
+        }
+        let mut found = match of {
+            None => words("its own level", by_db),
+            Some(of) => words(&format!("the level of {}", of.source), by_db),
+        };
+        if rendered_db.abs() > SAME_LEVEL_DB {
+            found += &format!(", rendered {rendered_db:+.3} dB re {level_of}");
+        }
+        Some((self.stated_level(), found, self.lineage_of_drive()))
+    }
+
+    fn stated_level(&self) -> String {
+        let (level_of, itself) = match self.made.level_of() {
+            other if other == self.made.of => (other, " itself"),
+            other => (other, ""),
+        };
+        words(
+            &format!("the level of {level_of}{itself}"),
+            self.made.gain_db(),
+        )
+    }
+
+    /// Whether its texture has other samples than its stroke: it was joined with itself, or cut as a stroke once more.
+    fn is_cut_again(&self) -> bool {
+        let steps = self.facts.lineage.iter().flat_map(|one| &one.steps);
+        let count = |of: fn(&Operation) -> bool| {
+            let steps = steps.clone();
+            steps.filter(|step| of(&step.operation)).count()
+        };
+        count(|one| matches!(one, Operation::Looped { .. })) > 0
+            || count(|one| matches!(one, Operation::Stroke { .. })) > 1
+    }
+
+    /// The samples of the target are those of another stroke than the plain stimulus of its sample has.
+    fn stroke(&self) -> Option<Difference> {
+        let plain = self.plain(&self.made.of)?;
+        let compared = self.made.keeps_waveform() && !self.is_cut_again();
+        (compared && !is_scaled(&plain.texture, &self.facts.texture)).then(|| {
+            (
+                format!("the stroke in {}", plain.target_file),
+                "another one".to_owned(),
+                format!("the samples of {}", self.facts.target_file),
+            )
+        })
+    }
+
+    /// The level of the samples of the target.
+    fn level_of_samples(&self) -> Option<Difference> {
+        let made = self.made;
+        let plain = self.plain(made.level_of())?;
+        let of_spectrum_alone =
+            made.warp.is_some() || made.shift_hz.is_some() || made.band.is_some();
+        if of_spectrum_alone && made.level_of.is_none() && made.gain_db.is_none()
+            || self.is_cut_again()
+        {
+            return None;
+        }
+        let [own, other] = [&self.facts.texture, &plain.texture].map(|x| x.rms_about_mean().value);
+        let found_db = Decibels::from_amplitude_ratio(own / other).0;
+        // Nothing is known of the level of a silent texture.
+        ((found_db - made.gain_db()).abs() > SAME_LEVEL_DB).then(|| {
+            (
+                self.stated_level(),
+                format!("{found_db:+.3} dB re {}", plain.target_file),
+                format!("the samples of {}", self.facts.target_file),
+            )
+        })
+    }
+
+    /// All drives with the transfer function of one kind are rendered with one, so that nothing else differs between them.
+    fn transfer_function(&self) -> Option<Difference> {
+        let own = self.facts.made_with.first()?;
+        let whose = self.protocol.transfer_function_of(self.made);
+        let first = self.drives.iter().find(|other| {
+            let made = self.protocol.stimulus(&other.stimulus);
+            let is_alike =
+                made.is_some_and(|made| self.protocol.transfer_function_of(&made) == whose);
+            is_alike && !other.made_with.is_empty()
+        })?;
+        (first.made_with.first() != Some(own)).then(|| {
+            (
+                format!(
+                    "the transfer function that {} was rendered with",
+                    first.file
+                ),
+                "another one".to_owned(),
+                format!("the checksum in {}", self.facts.file),
+            )
+        })
+    }
+
+    /// The level that was to be reached, as it was measured on the bench.
+    fn measured_level(&self) -> Option<Difference> {
+        let plain = self.plain(self.made.level_of())?;
+        let found_db = self.facts.level_error_db? - plain.level_error_db?;
+        (found_db.abs() > MEASURED_LEVEL_DB).then(|| {
+            (
+                format!("{} within ±{MEASURED_LEVEL_DB} dB", self.stated_level()),
+                format!("{found_db:+.2} dB from it"),
+                "its measurement on the bench".to_owned(),
+            )
+        })
+    }
+
+    /// Whether the recording called `source` is known to be one of another sample than `sample`: by the drives of plain samples.
+    fn is_of_another(&self, source: &str, sample: &str) -> bool {
+        let of_source = |one: &&&RenderingFacts| {
+            let lineage = one.lineage.as_ref();
+            lineage.is_some_and(|lineage| lineage.source == source && !lineage.is_manipulated())
+        };
+        let mut known = self.drives.iter().filter(of_source).peekable();
+        known.peek().is_some() && known.all(|one| one.stimulus != sample)
+    }
+}
+
+/// A lineage in words, without its rendering: two that were read from different files are compared so.
+///
+/// Source: docs/decisions/campaigns.md.
+#[must_use]
+pub fn before_rendering(lineage: &Lineage) -> String {
+    let mut before = lineage.clone();
+    before
+        .steps
+        .retain(|step| !matches!(step.operation, Operation::Rendered { .. }));
+    before.to_string()
+}
+
+/// Whether `scaled` has the samples of `x`, all multiplied by one factor above 0.
+fn is_scaled(x: &Series<Acceleration>, scaled: &Series<Acceleration>) -> bool {
+    let (x, y) = (x.samples(), scaled.samples());
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let (xx, xy, yy) = (dot(x, x), dot(x, y), dot(y, y));
+    let residual = yy - xy * xy / xx.max(f64::MIN_POSITIVE);
+    x.len() == y.len() && xy > 0.0 && residual <= SAME_WAVEFORM_SHARE.powi(2) * yy
 }
 
 fn words(level: &str, by_db: f64) -> String {
     match by_db == 0.0 {
         true => level.to_owned(),
         false => format!("{level} {by_db:+.3} dB"),
-    }
-}
-
-/// How the drive of a stimulus that is `made` so is made.
-fn todo((sample, level_of, gain_db): (&str, &str, f64)) -> String {
-    let mut changes = Vec::new();
-    if level_of != sample {
-        changes.push(format!("the rms of the target of {level_of}"));
-    }
-    if gain_db != 0.0 {
-        changes.push(format!("a gain of {gain_db} dB"));
-    }
-    match changes.is_empty() {
-        true => "prepare all textures of the session by one `piezotact prepare`".to_owned(),
-        false => format!(
-            "make its texture from the target of {sample} by `piezotact manipulate` with {} into a file of the name of this \
-             drive, and prepare all textures of the session by one `piezotact prepare`",
-            changes.join(" and ")
-        ),
     }
 }

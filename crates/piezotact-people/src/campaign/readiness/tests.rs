@@ -1,10 +1,11 @@
-use piezotact::lineage::{Level, Operation, Step};
-use piezotact::quantity::{Acceleration, Degrees, Measure, Newtons, Quantity};
+use piezotact::manipulate::Texture;
+use piezotact::quantity::{Degrees, Newtons, SampleRate};
+use piezotact::statistics::random::Random;
 
 use super::*;
 use crate::campaign::chain::Sha;
 use crate::campaign::plan::{PlanRequest, plan};
-use crate::campaign::protocol::from_library;
+use crate::campaign::protocol::{Stimulus, from_library};
 
 const NOW: i64 = 1_800_000_000_000;
 const HOUR: i64 = 3_600_000;
@@ -19,7 +20,26 @@ fn planned(protocol: &Protocol, session: &str) -> Plan {
     plan(protocol, Sha::of(b"protocol"), request).unwrap()
 }
 
-fn fits(plan: &Plan) -> Vec<RenderingFacts> {
+/// The stroke on `sample`, at a level of its own.
+fn stroke(sample: &str) -> Texture<Acceleration> {
+    let number: f64 = sample.trim_start_matches('S').parse().unwrap();
+    let mut random = Random::stream(1, number as u64, "strokes");
+    let samples = (0..4000).map(|_| random.normal() / number).collect();
+    let rate = SampleRate::new(4000.0).unwrap();
+    let series = Series::new(samples, rate).unwrap();
+    Texture::of(format!("{sample}.parquet"), series)
+}
+
+/// The texture of `stimulus`, made as the protocol states it.
+fn texture_of(stimulus: &Stimulus) -> Texture<Acceleration> {
+    let strokes: Vec<_> = stimulus.samples().map(|s| (s, stroke(s))).collect();
+    let of = |sample: &str| strokes.iter().find(|(name, _)| *name == sample);
+    stimulus
+        .texture(|sample| of(sample).map(|(_, stroke)| stroke))
+        .unwrap()
+}
+
+fn fits(protocol: &Protocol, plan: &Plan) -> Vec<RenderingFacts> {
     let origin = Origin {
         bench: Some(BenchKind::Twin),
         condition: Condition {
@@ -36,6 +56,13 @@ fn fits(plan: &Plan) -> Vec<RenderingFacts> {
         file: format!("drives/{stimulus}.wav"),
         samples: Checksum::of([i as f64]),
         lineage: None,
+        sample: protocol.sample_of(stimulus).map(str::to_owned),
+        target_file: format!("targets/{stimulus}.wav"),
+        texture: texture_of(&protocol.stimulus(stimulus).unwrap()).series,
+        target_lineage: None,
+        changed_since_measured: None,
+        made_with: vec![Checksum::of([1.0])],
+        level_error_db: Some(0.2),
         level_db: -1.5,
         strokes: origin.clone(),
         transfer_function: origin.clone(),
@@ -70,7 +97,7 @@ fn found(protocol: &Protocol, plan: &Plan, drives: &[RenderingFacts], hours: i64
 fn a_session_with_everything_begins_and_each_thing_that_is_wrong_is_said() {
     let protocol = from_library("isotropic_triplets").unwrap().unwrap();
     let plan = planned(&protocol, "discrimination");
-    let drives = fits(&plan);
+    let drives = fits(&protocol, &plan);
     assert!(!drives.is_empty());
     assert_eq!(found(&protocol, &plan, &drives, 20), []);
     let first = drives[0].stimulus.clone();
@@ -139,7 +166,7 @@ fn a_session_with_everything_begins_and_each_thing_that_is_wrong_is_said() {
 fn the_second_session_waits_for_the_first_and_for_another_day() {
     let protocol = from_library("isotropic_triplets").unwrap().unwrap();
     let plan = planned(&protocol, "discrimination");
-    let drives = fits(&plan);
+    let drives = fits(&protocol, &plan);
     assert!(matches!(
         found(&protocol, &plan, &drives, 3)[..],
         [NotReady::SameDay { .. }]
@@ -217,7 +244,7 @@ fn on(kind: BenchKind, person: Option<&str>) -> BenchNow {
 fn found_on(bench: &BenchNow, change: &dyn Fn(&mut RenderingFacts)) -> Vec<NotReady> {
     let protocol = from_library("isotropic_triplets").unwrap().unwrap();
     let plan = planned(&protocol, "discrimination");
-    let mut drives = fits(&plan);
+    let mut drives = fits(&protocol, &plan);
     change(&mut drives[0]);
     let earlier = [EarlierSession {
         session: "measurement",
@@ -355,7 +382,7 @@ fn a_sensor_that_does_not_read_as_it_did_is_not_ready() {
 
     let protocol = from_library("isotropic_triplets").unwrap().unwrap();
     let plan = planned(&protocol, "discrimination");
-    let drives = fits(&plan);
+    let drives = fits(&protocol, &plan);
     let said = |level_db: f64, shape_db: f64, at_ms: Option<i64>, kind: BenchKind| {
         let level = Limit::Within { reach: 1.5 };
         let shape = Limit::at_most(1.0);
@@ -413,165 +440,4 @@ fn a_sensor_that_does_not_read_as_it_did_is_not_ready() {
     );
 }
 
-/// `step` after the stroke of the recording of `sample`, as `manipulate` and `render` note it.
-fn lineage(sample: &str, operations: impl IntoIterator<Item = Operation>) -> Option<Lineage> {
-    let level = Measure {
-        value: 1.0,
-        unit: Acceleration::UNIT,
-    };
-    let mut lineage = Lineage::of(format!("{sample}.parquet"));
-    for operation in operations {
-        lineage = lineage.then(Step::between(operation, level.clone(), level.clone()));
-    }
-    Some(lineage)
-}
-
-/// The drives of `plan` as `manipulate` and `prepare` make them.
-fn made(protocol: &Protocol, plan: &Plan) -> Vec<RenderingFacts> {
-    let mut drives = fits(plan);
-    for facts in &mut drives {
-        let (sample, level_of, gain_db) = protocol.made_of(&facts.stimulus).unwrap();
-        let rms_of = (level_of != sample).then(|| rms_of(level_of));
-        let gain = (gain_db != 0.0).then_some(Operation::Gain { gain_db });
-        facts.lineage = lineage(sample, rms_of.into_iter().chain(gain));
-    }
-    drives
-}
-
-fn rms_of(sample: &str) -> Operation {
-    Operation::RmsOf {
-        of: lineage(sample, []).unwrap(),
-        rms: 1.0,
-        measured: Level::Whole,
-        gain_db: -11.0,
-    }
-}
-
-fn said_of_made(name: &str, change: &dyn Fn(&mut [RenderingFacts])) -> Vec<String> {
-    let protocol = from_library(name).unwrap().unwrap();
-    let plan = planned(&protocol, "discrimination");
-    let mut drives = made(&protocol, &plan);
-    change(&mut drives);
-    let known = Known {
-        renderings: &drives,
-        incomplete: &[],
-        earlier: &[],
-        panels: &[],
-        bench: None,
-        sensor: None,
-        now_ms: NOW,
-    };
-    let found = not_ready(&protocol, &plan, known).into_iter();
-    let found = found.filter(|one| one.stimulus().is_some());
-    found.map(|one| one.to_string()).collect()
-}
-
-fn named<'a>(drives: &'a mut [RenderingFacts], stimulus: &str) -> &'a mut RenderingFacts {
-    let mut drives = drives.iter_mut();
-    drives.find(|one| one.stimulus == stimulus).unwrap()
-}
-
-#[test]
-fn one_drive_under_the_names_of_several_stimuli_is_refused() {
-    for name in ["roughness_jnd", "amplitude_inversion"] {
-        assert_eq!(said_of_made(name, &|_| {}), [""; 0], "{name}");
-    }
-    let all_one = |drives: &mut [RenderingFacts]| {
-        let one = named(drives, "S8").clone();
-        for facts in drives {
-            (facts.samples, facts.lineage) = (one.samples, one.lineage.clone());
-        }
-    };
-    let said = said_of_made("roughness_jnd", &all_one);
-    assert_eq!(said.len(), 14, "{said:?}");
-    assert_eq!(
-        said[1],
-        "S8 increment -12: expected a drive of its own in drives/S8 increment -12.wav, found that of S8 in drives/S8.wav; make its \
-         texture from the target of S8 by `piezotact manipulate` with a gain of 1.946 dB into a file of the name of this drive, and prepare all textures of the session by one \
-         `piezotact prepare`"
-    );
-    let two_samples = |drives: &mut [RenderingFacts]| {
-        named(drives, "S6").samples = named(drives, "S5").samples;
-    };
-    let said = said_of_made("amplitude_inversion", &two_samples);
-    assert!(
-        said.len() == 1
-            && said[0].contains("S6: expected a drive of its own")
-            && said[0].contains("that of S5 in drives/S5.wav"),
-        "{said:?}"
-    );
-}
-
-#[test]
-fn a_drive_whose_lineage_lacks_the_manipulation_of_its_stimulus_is_refused() {
-    let with = |name: &str, stimulus: &str, found: Option<Lineage>| {
-        let change =
-            |drives: &mut [RenderingFacts]| named(drives, stimulus).lineage.clone_from(&found);
-        said_of_made(name, &change)
-    };
-    let step = "S8 increment -26";
-    let gain = |gain_db: f64| Operation::Gain { gain_db };
-    assert_eq!(
-        with("roughness_jnd", step, None),
-        [
-            "S8 increment -26: expected the level of S8 itself +0.425 dB, found its own level by the lineage of drives/S8 increment \
-             -26.wav; make its texture from the target of S8 by `piezotact manipulate` with a gain of 0.425 dB into a file of the name of this drive, and prepare all textures of \
-             the session by one `piezotact prepare`"
-        ]
-    );
-    for (found, refused) in [
-        (lineage("S8", [gain(0.531)]), 1),
-        (lineage("S8", [gain(0.43)]), 0),
-        (lineage("S8", [gain(0.4), gain(0.025)]), 0),
-        (lineage("S8", [rms_of("S8"), gain(0.425)]), 0),
-    ] {
-        let said = with("roughness_jnd", step, found.clone());
-        assert_eq!(said.len(), refused, "{found:?}: {said:?}");
-    }
-    // The plain texture is one of its own level.
-    assert_eq!(
-        with("roughness_jnd", "S8", lineage("S8", [gain(3.0)])).len(),
-        1
-    );
-    let said = with("amplitude_inversion", "S2 INVERTED", lineage("S2", []));
-    assert!(
-        said.len() == 1
-            && said[0].contains("expected the level of S13, found its own level")
-            && said[0].contains("with the rms of the target of S13"),
-        "{said:?}"
-    );
-    let said = with(
-        "amplitude_inversion",
-        "S2 INVERTED",
-        lineage("S2", [rms_of("S6")]),
-    );
-    assert!(
-        said.len() == 1
-            && said[0].contains("expected the level of S13, found the level of S6.parquet"),
-        "{said:?}"
-    );
-    // A recording that no plain drive comes from may be any.
-    assert_eq!(
-        with(
-            "amplitude_inversion",
-            "S2 INVERTED",
-            lineage("S2", [rms_of("monday")])
-        ),
-        [""; 0]
-    );
-    let said = with("amplitude_inversion", "S2", lineage("S2", [rms_of("S13")]));
-    assert!(
-        said.len() == 1
-            && said[0].contains("expected the level of S2 itself, found the level of S13.parquet"),
-        "{said:?}"
-    );
-    // Each at a level of its own, an increment is another one.
-    let rendered = |drives: &mut [RenderingFacts]| named(drives, "S8 increment 0").level_db -= 4.0;
-    let said = said_of_made("roughness_jnd", &rendered);
-    assert!(
-        said.len() == 1
-            && said[0]
-                .contains("found its own level +6.021 dB, rendered -4.000 dB re S8 by the lineage"),
-        "{said:?}"
-    );
-}
+mod confusions;

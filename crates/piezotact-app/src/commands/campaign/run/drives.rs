@@ -15,10 +15,9 @@ use piezotact_bench::{Bench, DeviceError};
 use piezotact_dataset::sidecar::sidecar_path;
 use piezotact_dataset::{Contents, ReadOptions, keep_before, read_input, read_recording};
 use piezotact_people::campaign::chain::Sha;
-use piezotact_people::campaign::plan::Plan;
 use piezotact_people::campaign::protocol::Protocol;
 use piezotact_people::campaign::readiness::{
-    MeasuredDrive, Origin, RenderingFacts, Whose, stimuli_of,
+    MeasuredDrive, Origin, RenderingFacts, Whose, changed_since,
 };
 use piezotact_study::session::PreparedDrive;
 
@@ -37,11 +36,11 @@ const PARTS: [(&str, &str); 3] = [
 ];
 
 /// The drives that are there, what is known of each, and the band in which they are compared.
-pub(super) struct Drives {
+pub(in crate::commands) struct Drives {
     pub(super) ready: BTreeMap<String, PreparedDrive>,
-    pub(super) facts: Vec<RenderingFacts>,
+    pub(in crate::commands) facts: Vec<RenderingFacts>,
     /// The stimuli of which some files are there, with those that are not.
-    pub(super) incomplete: Vec<(String, String)>,
+    pub(in crate::commands) incomplete: Vec<(String, String)>,
     pub(super) band: Option<Band>,
     /// The files to take into the study, stimulus by stimulus.
     pub(super) given: Vec<(String, [PathBuf; 3])>,
@@ -66,9 +65,11 @@ fn are_there(files: &[PathBuf; 3]) -> bool {
 }
 
 impl Drives {
-    /// Those that `plan` plays: of the folder `given` where they are there, else of the session in `folder`. Nothing is written.
-    pub(super) fn of(
-        (protocol, plan): (&Protocol, &Plan),
+    /// Those of `stimuli`, for `participant`: of the folder `given` where they are there, else of the session in `folder`. Nothing is
+    /// written.
+    pub(in crate::commands) fn of<'a>(
+        (protocol, participant): (&Protocol, &str),
+        stimuli: impl IntoIterator<Item = &'a str>,
         folder: &Path,
         given: Option<&Path>,
     ) -> Result<Self, Failure> {
@@ -79,17 +80,18 @@ impl Drives {
             band: None,
             given: Vec::new(),
         };
-        require_names(plan)?;
-        for stimulus in stimuli_of(plan) {
+        let stimuli: Vec<&str> = stimuli.into_iter().collect();
+        require_names(&stimuli)?;
+        for stimulus in stimuli {
             let given = given.map(|given| files(given, stimulus));
             if let Some(given) = given.clone().filter(are_there) {
-                drives.add((protocol, plan), stimulus, &given)?;
+                drives.add((protocol, participant), stimulus, &given)?;
                 drives.given.push((stimulus.to_owned(), given));
                 continue;
             }
             let kept = files(folder, stimulus);
             if are_there(&kept) {
-                drives.add((protocol, plan), stimulus, &kept)?;
+                drives.add((protocol, participant), stimulus, &kept)?;
                 continue;
             }
             let some = |files: &[PathBuf; 3]| files.iter().any(|file| file.is_file());
@@ -104,7 +106,10 @@ impl Drives {
     }
 
     /// Notes why `bench`, as it is now, does not play them. Nothing is played.
-    pub(super) fn compare_with(&mut self, bench: &mut Bench) -> Result<(), DeviceError> {
+    pub(in crate::commands) fn compare_with(
+        &mut self,
+        bench: &mut Bench,
+    ) -> Result<(), DeviceError> {
         for facts in &mut self.facts {
             let Some(PreparedDrive { drive, setup, .. }) = self.ready.get(&facts.stimulus) else {
                 continue;
@@ -117,7 +122,7 @@ impl Drives {
 
     fn add(
         &mut self,
-        (protocol, plan): (&Protocol, &Plan),
+        (protocol, participant): (&Protocol, &str),
         stimulus: &str,
         files: &[PathBuf; 3],
     ) -> Result<(), Failure> {
@@ -138,20 +143,6 @@ impl Drives {
             )));
         };
         let wanted = read_recording(target, &ReadOptions::default())?;
-        let sample = wanted.recording.about.condition.sample.as_deref();
-        if let (Some(found), Some(expected)) = (sample, protocol.sample_of(stimulus)) {
-            // The plain texture of a sample has its name.
-            let known = match expected == stimulus {
-                true => found,
-                false => before_manipulation(found),
-            };
-            if known != expected {
-                return Err(Failure::Data(anyhow!(
-                    "{}: expected a texture of {expected}, found one of {found}; give the files of {stimulus} their own names",
-                    target.display()
-                )));
-            }
-        }
         let band = rendering.config.inverse.band;
         let of_series = Checksum::of(series.samples().iter().copied());
         let playing = read_recording(measured, &ReadOptions::default())?;
@@ -163,9 +154,19 @@ impl Drives {
             _ => MeasuredDrive::Another,
         };
         let verification = verified(target, measured, band)?;
+        let sample = wanted.recording.about.condition.sample.as_deref();
+        // The plain texture of a sample has its name.
+        let sample = sample.map(
+            |found| match protocol.sample_of(stimulus) == Some(stimulus) {
+                true => found,
+                false => before_manipulation(found),
+            },
+        );
+        let samples_of_target = texture(target, &wanted.recording, None)?;
+        let played = playing.rendering.as_ref();
         // What another finger felt decides nothing.
-        let felt_by = playing.recording.about.condition.participant.as_ref();
-        let verified = match felt_by.is_some_and(|person| *person != plan.participant) {
+        let felt_by = playing.recording.about.condition.participant.as_deref();
+        let verified = match felt_by.is_some_and(|person| person != participant) {
             true => Outcome::NotDecided,
             false => State::of(&verification).outcome(),
         };
@@ -175,6 +176,13 @@ impl Drives {
             file: drive.display().to_string(),
             samples: of_series,
             lineage: rendering.about.provenance.lineage.clone(),
+            sample: sample.map(str::to_owned),
+            target_file: target.display().to_string(),
+            texture: samples_of_target.clone(),
+            target_lineage: wanted.recording.about.provenance.lineage.clone(),
+            changed_since_measured: played.and_then(|played| changed_since(played, &rendering)),
+            made_with: rendering.about.provenance.made_with.clone(),
+            level_error_db: Some(verification.level_error_db),
             level_db: rendering.level_db,
             strokes: origin(&wanted.recording),
             transfer_function: Origin {
@@ -194,7 +202,7 @@ impl Drives {
                 sha: Sha::of(&read_input(drive)?),
                 drive: series,
                 setup,
-                texture: texture(target, &wanted.recording, None)?,
+                texture: samples_of_target,
                 target: wanted.recording,
                 rendering: Some(rendering),
                 verified,
@@ -205,9 +213,9 @@ impl Drives {
 }
 
 /// Refuses stimuli whose files would have one name.
-fn require_names(plan: &Plan) -> Result<(), Failure> {
+fn require_names(stimuli: &[&str]) -> Result<(), Failure> {
     let mut named: BTreeMap<String, &str> = BTreeMap::new();
-    for stimulus in stimuli_of(plan) {
+    for stimulus in stimuli {
         let name = file_name(stimulus);
         if let Some(other) = named.insert(name.to_lowercase(), stimulus) {
             return Err(Failure::Data(anyhow!(

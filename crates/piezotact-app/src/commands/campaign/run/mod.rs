@@ -44,7 +44,7 @@ use crate::keeping::began;
 use crate::live::Showing;
 use crate::output::say;
 use crate::runs::run_plan;
-use drives::Drives;
+pub(in crate::commands) use drives::Drives;
 use touches::{run_name, touches};
 use typed::Typing;
 
@@ -159,7 +159,12 @@ pub(crate) fn lead(args: &Arguments, front: &mut dyn Front) -> Outcome {
     let plan = planned(&study, &participant, &args.session)?;
     let folder = study.store.session_folder(&participant, &args.session)?;
     let given = args.leading.drives.as_deref();
-    let mut drives = Drives::of((&study.campaign.protocol, &plan), &folder, given)?;
+    let mut drives = Drives::of(
+        (&study.campaign.protocol, participant.as_str()),
+        stimuli_of(&plan),
+        &folder,
+        given,
+    )?;
     let begun = begun(&study, &plan)?;
     let mut bench = args
         .leading

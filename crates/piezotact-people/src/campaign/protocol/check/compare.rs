@@ -1,7 +1,9 @@
 //! Whether comparisons, training and catch trials can be planned.
 
 use super::super::super::adaptive::{AdaptiveRule, AdaptiveRun, StaircaseRule};
-use super::super::{Adaptive, Block, Catch, Method, Over, Protocol, Question, Task, TaskKind};
+use super::super::{
+    Adaptive, Block, Catch, Method, Over, Protocol, Question, Stimulus, Task, TaskKind,
+};
 use super::{ProtocolError, at_least_one, count, distinct, known_stimuli, number, unknown};
 
 /// The largest number of trials of one task.
@@ -66,14 +68,22 @@ fn run(protocol: &Protocol, place: &str, adaptive: &Adaptive) -> Result<(), Prot
         falls(pair[1].level, pair[0].level, "levels")?;
     }
     // Where all are the same texture, what is listed as more of it must be rendered so.
-    let rendered: Vec<(&str, &str, f64)> = std::iter::once(standard)
+    let rendered: Vec<_> = std::iter::once(standard)
         .chain(levels.iter().map(|level| &level.stimulus))
-        .filter_map(|name| protocol.made_of(name))
+        .filter_map(|name| protocol.stimulus(name))
         .collect();
-    let same = |a: &(&str, &str, f64), b: &(&str, &str, f64)| (a.0, a.1) == (b.0, b.1);
-    if rendered.iter().all(|one| same(one, &rendered[0])) {
+    let at_no_gain = |one: &Stimulus| Stimulus {
+        gain_db: None,
+        ..one.clone()
+    };
+    let first = at_no_gain(&rendered[0]);
+    if rendered
+        .iter()
+        .all(|one| at_no_gain(one).is_made_as(&first))
+    {
         for pair in rendered.windows(2) {
-            falls(pair[1].2, pair[0].2, "gains of standard and levels, in dB,")?;
+            let [before, found] = [&pair[0], &pair[1]].map(|one| one.gain_db());
+            falls(found, before, "gains of standard and levels, in dB,")?;
         }
     }
     if !(*largest_sd > 0.0 && largest_sd.is_finite()) {

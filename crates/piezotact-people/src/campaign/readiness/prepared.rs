@@ -1,0 +1,197 @@
+//! The stimuli of a protocol as they are prepared for a participant: how each is made, what level it reached, and whether a session takes it.
+
+use piezotact::criterion::Outcome;
+use piezotact::document::Content;
+use piezotact::page::{Block, Cell, Column, Ending, Page, Section, Shown, Table};
+use piezotact::prepare::PreparedDrives;
+use piezotact::quantity::Decibels;
+use piezotact::verify::VerifyCriterion;
+use serde::Serialize;
+
+use super::super::protocol::{Protocol, Stimulus};
+use super::{Known, stimuli_not_ready};
+
+/// The stimuli of a protocol, prepared for one participant.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct PreparedStimuli {
+    /// The name of the protocol.
+    pub protocol: String,
+    /// The drives.
+    #[serde(flatten)]
+    pub drives: PreparedDrives,
+    /// The stimuli by name.
+    pub stimuli: Vec<PreparedStimulus>,
+}
+
+/// A stimulus, and whether a session takes it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct PreparedStimulus {
+    /// Its name in the protocol.
+    pub stimulus: String,
+    /// The sample that it is made from.
+    pub of: String,
+    /// What is done to its spectrum.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub spectrum: Vec<String>,
+    /// The sample whose rms level it has.
+    pub level_of: String,
+    /// The level that was to be reached, dB re the plain stimulus of that sample.
+    pub stated_db: f64,
+    /// The level that was measured on the bench, dB re the plain stimulus of that sample as it was measured there; absent where one of them
+    /// was not measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub measured_db: Option<f64>,
+    /// How far the measured spectrum is from that of its target, dB rms over the lines; absent where it was not measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shape_db: Option<f64>,
+    /// Whether a session takes it.
+    pub ready: Outcome,
+    /// Why not, and what to do.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub reasons: Vec<String>,
+}
+
+/// The stimuli `wanted` of `protocol` with their `drives` for `participant`, as `known` says what is there.
+///
+/// Source: docs/decisions/campaigns.md.
+#[must_use]
+pub fn prepared_stimuli(
+    protocol: &Protocol,
+    (wanted, participant): (&[Stimulus], &str),
+    drives: PreparedDrives,
+    known: Known<'_>,
+) -> PreparedStimuli {
+    let names = wanted.iter().map(|one| one.name.as_str());
+    let faults = stimuli_not_ready(protocol, participant, names, known);
+    let there = |name: &str| known.renderings.iter().find(|one| one.stimulus == name);
+    let stimuli = wanted.iter().map(|stimulus| {
+        let reasons = faults
+            .iter()
+            .filter(|one| one.stimulus() == Some(&stimulus.name));
+        let head = format!("{}: ", stimulus.name);
+        let reasons =
+            reasons
+                .map(ToString::to_string)
+                .map(|reason| match reason.strip_prefix(&head) {
+                    Some(reason) => reason.to_owned(),
+                    None => reason,
+                });
+        let reasons: Vec<String> = reasons.collect();
+        let own = there(&stimulus.name);
+        let measured_db = own
+            .zip(there(stimulus.level_of()))
+            .and_then(|(own, other)| {
+                let [rms, of] = [own, other].map(|one| one.texture.rms_about_mean().value);
+                let targets_db =
+                    Decibels::from_amplitude_ratio(rms / of).0 + own.level_db - other.level_db;
+                Some(targets_db + own.level_error_db? - other.level_error_db?)
+            });
+        let drive = drives
+            .textures
+            .iter()
+            .find(|one| one.strokes.texture == stimulus.name);
+        let verification = drive.and_then(|one| one.verification.as_ref());
+        let shape = verification.and_then(|one| one.criterion(VerifyCriterion::SpectrumError));
+        PreparedStimulus {
+            stimulus: stimulus.name.clone(),
+            of: stimulus.of.clone(),
+            spectrum: stimulus.of_spectrum(),
+            level_of: stimulus.level_of().to_owned(),
+            stated_db: stimulus.gain_db(),
+            measured_db,
+            shape_db: shape.and_then(|one| one.found),
+            ready: match (reasons.is_empty(), own) {
+                (true, _) => Outcome::Met,
+                (false, Some(_)) => Outcome::NotMet,
+                (false, None) => Outcome::NotDecided,
+            },
+            reasons,
+        }
+    });
+    PreparedStimuli {
+        protocol: protocol.name.clone(),
+        stimuli: stimuli.collect(),
+        drives,
+    }
+}
+
+impl Content for PreparedStimuli {
+    const SCHEMA: &'static str = "prepare_stimuli";
+}
+
+impl PreparedStimuli {
+    /// One row for each stimulus: what was to be reached, what was measured, and what to do.
+    #[must_use]
+    pub fn table(&self) -> Table {
+        let mut table = Table::new([
+            Column::new("stimulus", "stimulus"),
+            Column::new("ready", "ready"),
+            Column::new("made of", "of"),
+            Column::new("level of", "level_of"),
+            Column::new("stated, dB", "stated_db"),
+            Column::new("measured, dB", "measured_db"),
+            Column::new("shape, dB", "shape_db"),
+            Column::new("what to do", "reasons"),
+        ]);
+        let row = |one: &PreparedStimulus| {
+            let mut made = vec![one.of.clone()];
+            made.extend(one.spectrum.iter().cloned());
+            vec![
+                Cell::from(one.stimulus.as_str()),
+                Cell::from(match one.ready {
+                    Outcome::Met => "yes",
+                    Outcome::NotMet => "no",
+                    Outcome::NotDecided => "not there",
+                }),
+                Cell::from(made.join(", ")),
+                Cell::from(one.level_of.as_str()),
+                Cell::from(one.stated_db),
+                Cell::from(one.measured_db),
+                Cell::from(one.shape_db),
+                Cell::from(one.reasons.join("; ")),
+            ]
+        };
+        table.rows = self.stimuli.iter().map(row).collect();
+        table
+    }
+}
+
+impl Shown for PreparedStimuli {
+    fn ending(&self) -> Ending {
+        let drives = self.drives.ending();
+        let outcomes = self.stimuli.iter().map(|one| one.ready);
+        match (drives, Outcome::of_all(outcomes)) {
+            (Ending::Done, Outcome::NotMet) => Ending::NotPassed,
+            (Ending::Done, Outcome::NotDecided) => Ending::NotDecided,
+            _ => drives,
+        }
+    }
+
+    fn page(&self) -> Page {
+        let mut page = self.drives.page();
+        let ready = self.stimuli.iter().filter(|one| one.ready == Outcome::Met);
+        let said = format!(
+            "{} of {} stimuli of the protocol {} are ready.",
+            ready.count(),
+            self.stimuli.len(),
+            self.protocol
+        );
+        let section = Section {
+            heading: "Stimuli".to_owned(),
+            blocks: vec![
+                Block::Text { text: said },
+                Block::Table(self.table()),
+                Block::Note {
+                    text: "Stated and measured: the level relative to the plain stimulus of the sample whose level it has, the measured one \
+                        from the recordings of both on the bench. Shape: how far the measured spectrum is from that of the target, dB rms. \
+                        Ready: a session takes it, by the same rules."
+                        .to_owned(),
+                },
+            ],
+        };
+        page.sections.insert(1.min(page.sections.len()), section);
+        page
+    }
+}
