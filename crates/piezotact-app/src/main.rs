@@ -11,6 +11,7 @@ mod failure;
 mod interrupt;
 mod invocation;
 mod keeping;
+mod large;
 mod live;
 mod made;
 mod manipulations;

@@ -124,7 +124,7 @@ impl Reading {
     }
 }
 
-fn options_of(reading: &Reading) -> Outcome<ReadOptions> {
+pub(crate) fn options_of(reading: &Reading) -> Outcome<ReadOptions> {
     Ok(ReadOptions {
         scale: reading.scale().cloned(),
         units: reading.units(),

@@ -22,7 +22,7 @@ fn together(
 ) -> Result<Vec<(String, Vec<f64>)>, ReadError> {
     let mut all = Vec::<(String, Vec<f64>)>::new();
     blocks.each(names, block, |first, part| {
-        assert!(part.len() <= block && part.len() > 0);
+        assert!((1..=block).contains(&part.len()));
         for (k, channel) in part.channels().iter().enumerate() {
             if first == 0 {
                 all.push((channel.name.clone(), Vec::new()));

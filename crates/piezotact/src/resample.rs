@@ -393,7 +393,7 @@ pub(crate) fn bessel_i0(x: f64) -> f64 {
 }
 
 /// Half the samples that one between them is made of.
-const REACH: i64 = 24;
+pub(crate) const REACH: i64 = 24;
 
 /// `samples` at `place(i)` for each of `count` places, in samples; nothing beyond the ends.
 ///

@@ -18,6 +18,7 @@ mod estimator;
 mod impact;
 #[cfg(feature = "modal")]
 mod impact_page;
+mod in_parts;
 mod in_time;
 mod judge;
 mod multisine;
@@ -50,6 +51,7 @@ pub use impact::{
 };
 #[cfg(feature = "modal")]
 pub use impact::{ImpactEstimate, estimate_impacts};
+pub use in_parts::between_in_parts;
 pub use multisine::{BestLinear, Distortion, DistortionLevels, SEGMENTS_OF_A_PERIOD, best_linear};
 pub use page::{TransferReport, figure};
 pub use periodic::{Blocks, estimate_sweeps};
@@ -538,13 +540,24 @@ fn estimate_with_findings<I: Quantity, O: Quantity>(
         return Err(TransferError::Transient { hits, share });
     }
     // With hum, or noise, between them they hold less of the energy: what they are is not decided.
-    let pulses = short_pulses(drive.samples(), rate);
+    let pulses = pulses_in(drive.samples(), rate);
     let lost = |cut: &Range<usize>| touches(cut, known.lost_s, rate);
     let of = config.cuts(drive.samples().len());
     let left_out = of.iter().filter(|cut| lost(cut)).count();
     let left = few_left(of.len(), left_out)?;
     let spectra = cross::cross_spectra_of(drive, response, config, &|cut| !lost(cut))?;
-    let signals = (drive, response);
+    let said = left.into_iter().chain(pulses);
+    of_spectra(spectra, (drive, response), config, (estimator, known), said)
+}
+
+/// The estimate that `spectra` give, with the delay and what else the lines show of `signals`, and what is `said` of their segments.
+fn of_spectra<I: Quantity, O: Quantity>(
+    spectra: CrossSpectra<I, O>,
+    signals: (&Series<I>, &Series<O>),
+    config: &WelchConfig,
+    (estimator, known): (Estimator, Known<'_>),
+    said: impl Iterator<Item = Warning>,
+) -> Result<Estimate<I, O>, TransferError> {
     let (mut function, found) =
         TransferFunction::estimated(&spectra, estimator, signals, known.driven)?;
     function.about.provenance.steps.push(format!(
@@ -554,20 +567,23 @@ fn estimate_with_findings<I: Quantity, O: Quantity>(
         (config.overlap * 100.0).round(),
         spectra.averages
     ));
-    function.about.warnings.extend(left);
-    let pulses = pulses.map(|found| {
+    function.about.warnings.extend(said);
+    Ok(Estimate {
+        function,
+        found,
+        spectra,
+    })
+}
+
+/// The warning about pulses that hold most of a drive.
+fn pulses_in(drive: &[f64], rate: SampleRate) -> Option<Warning> {
+    short_pulses(drive, rate).map(|found| {
         let (hits, energy) = (found.pulses.hits, found.energy);
         Warning::from(ImpactWarning::PulsesInDrive {
             hits,
             share: energy,
             as_impact: false,
         })
-    });
-    function.about.warnings.extend(pulses);
-    Ok(Estimate {
-        function,
-        found,
-        spectra,
     })
 }
 

@@ -4,17 +4,18 @@ mod rest;
 
 use anyhow::anyhow;
 use piezotact::figure::Spectrograms;
-use piezotact::quantity::{Hertz, Uncalibrated};
-use piezotact::recording::Channel;
+use piezotact::quantity::{Hertz, SampleRate, Uncalibrated, Unit};
+use piezotact::recording::{Channel, RecordingError};
 use piezotact::series::Series;
 use piezotact::spectrum::{
-    Averaging, Cells, EstimateError, SpectrogramConfig, SpectrumDocument, WelchConfig, spectrogram,
-    welch,
+    Averaging, Cells, EstimateError, Spectrogram, SpectrogramConfig, SpectrogramInBlocks,
+    SpectrumDocument, WelchConfig, WelchInBlocks, spectrogram, welch,
 };
 
 use crate::cli::Spectrum;
 use crate::deliver::deliver;
 use crate::failure::{Failure, Outcome, usage};
+use crate::large::{LARGE_BYTES, Large};
 use crate::places::outputs;
 use crate::reading::read;
 use crate::report::name;
@@ -24,17 +25,53 @@ pub(crate) fn run(args: &Spectrum) -> Outcome {
         return rest::run(args);
     }
     outputs(&[&args.file], &args.outputs.files())?;
+    // The median needs all segments at once.
+    if !args.median
+        && let Some(large) = Large::open(&args.file, &args.reading, LARGE_BYTES)?
+    {
+        return of_large(args, &large);
+    }
     let contents = read(&args.file, &args.reading)?;
     let recording = &contents.recording;
-    let (channel, series) = recording.raw(args.channel.as_deref()).map_err(|error| {
-        Failure::Data(anyhow::Error::new(error).context(args.file.display().to_string()))
-    })?;
+    let in_file = |error| in_file(args, error);
+    let (channel, series) = recording.raw(args.channel.as_deref()).map_err(in_file)?;
     let psd = welch(&series, &config(args)).map_err(|error| refused(args, error))?;
     let mut document = SpectrumDocument::of(&psd, (recording, channel), &args.file);
     if args.over_time {
         document.over_time = Some(over_time(args, channel, &series)?);
     }
     deliver(&args.outputs, &document)
+}
+
+/// As [`run`], of a recording that is read part by part.
+fn of_large(args: &Spectrum, large: &Large) -> Outcome {
+    let empty = &large.contents().recording;
+    let channel = empty.pick(args.channel.as_deref(), &Unit::MetrePerSecondSquared);
+    let channel = channel.map_err(|error| in_file(args, error))?;
+    let refused = |error| refused(args, error);
+    let mut sums = WelchInBlocks::new(&config(args), empty.rate()).map_err(refused)?;
+    let over_time = args.over_time.then(|| {
+        let config = config_over_time(args, empty.rate());
+        SpectrogramInBlocks::new(&config, empty.rate(), large.samples())
+    });
+    let mut cells = over_time.transpose().map_err(refused)?;
+    let contents = large.inspected(|part| {
+        let own = part.pick(Some(&channel.name), &channel.unit);
+        let samples = &own.map_err(|error| in_file(args, error))?.samples;
+        sums.add(samples);
+        if let Some(cells) = &mut cells {
+            cells.add(samples);
+        }
+        Ok(())
+    })?;
+    let psd = sums.spectrum::<Uncalibrated>().map_err(refused)?;
+    let mut document = SpectrumDocument::of(&psd, (&contents.recording, channel), &args.file);
+    document.over_time = cells.map(|cells| figure(args, channel, &cells.spectrogram()));
+    deliver(&args.outputs, &document)
+}
+
+fn in_file(args: &Spectrum, error: RecordingError) -> Failure {
+    Failure::Data(anyhow::Error::new(error).context(args.file.display().to_string()))
 }
 
 /// As the options ask, else as is usual.
@@ -68,22 +105,27 @@ fn over_time(
     channel: &Channel,
     series: &Series<Uncalibrated>,
 ) -> Outcome<Spectrograms> {
-    let usual = SpectrogramConfig::usual(series.rate());
-    let half = series.rate().nyquist();
-    let config = SpectrogramConfig {
+    let config = config_over_time(args, series.rate());
+    let result = spectrogram(series, &config).map_err(|error| refused(args, error))?;
+    Ok(figure(args, channel, &result))
+}
+
+fn config_over_time(args: &Spectrum, rate: SampleRate) -> SpectrogramConfig {
+    let usual = SpectrogramConfig::usual(rate);
+    let highest = Hertz(rate.nyquist().0.min(HIGHEST.0));
+    SpectrogramConfig {
         window: args.window,
         segment: args.segment.unwrap_or(usual.segment),
         overlap: args.overlap.unwrap_or(usual.overlap),
-        cells: Cells::of_a_figure(
-            args.max_frequency
-                .map_or(Hertz(half.0.min(HIGHEST.0)), Hertz),
-        ),
+        cells: Cells::of_a_figure(args.max_frequency.map_or(highest, Hertz)),
         ..usual
-    };
-    let result = spectrogram(series, &config).map_err(|error| refused(args, error))?;
-    Ok(Spectrograms {
+    }
+}
+
+fn figure(args: &Spectrum, channel: &Channel, result: &Spectrogram<Uncalibrated>) -> Spectrograms {
+    Spectrograms {
         panels: vec![result.panel(format!("{}, {}", name(&args.file), channel.name))],
         unit: channel.unit.of_psd(),
         note: result.estimate_text(),
-    })
+    }
 }

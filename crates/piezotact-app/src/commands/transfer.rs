@@ -6,10 +6,11 @@ use anyhow::anyhow;
 use piezotact::device::{DeviceDescription, DriveSetup, ImpossibleSetup};
 use piezotact::document::Kept;
 use piezotact::quantity::Volts;
+use piezotact::recording::Recording;
 use piezotact::spectrum::{EstimateError, WelchConfig};
 use piezotact::transfer::{
-    BetweenConfig, Estimator, Excitation, ForceWindow, ImpactConfig, ImpactSegment, TransferError,
-    between_channels,
+    BetweenChannels, BetweenConfig, Estimator, Excitation, ForceWindow, ImpactConfig,
+    ImpactSegment, TransferError, between_channels, between_in_parts,
 };
 use piezotact_bench::procedure::usual_segment;
 use piezotact_dataset::{Contents, TransferDocument, TransferFormat, read_device, write_transfer};
@@ -18,6 +19,7 @@ use crate::cli::{EstimatorName, ExcitationName, ForceWindowName, Transfer};
 use crate::deliver::deliver_and;
 use crate::failure::{Failure, Outcome, usage};
 use crate::keeping::Earlier;
+use crate::large::{LARGE_BYTES, Large};
 use crate::places::outputs;
 use crate::reading::read_uninspected;
 
@@ -25,10 +27,16 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
     let out = std::iter::once(args.out.as_path());
     let written: Vec<&Path> = out.chain(args.outputs.files()).collect();
     outputs(&[&args.recording], &written)?;
-    let contents = read_uninspected(&args.recording, &args.reading)?;
-    let config = config(args, &contents)?;
-    let found = between_channels(&contents.recording, &config);
-    let mut found = found.map_err(|error| refused(args, error))?;
+    let large = Large::open(&args.recording, &args.reading, LARGE_BYTES)?;
+    let in_parts = large.map(|large| of_large(args, &large)).transpose()?;
+    let mut found = match in_parts.flatten() {
+        Some(found) => found,
+        None => {
+            let contents = read_uninspected(&args.recording, &args.reading)?;
+            let found = between_channels(&contents.recording, &config(args, &contents)?);
+            found.map_err(|error| refused(args, error))?
+        }
+    };
     let [drive_unit, response_unit] = [found.drive_unit.clone(), found.response_unit.clone()];
     let stored = TransferDocument::of(&found.function, drive_unit, response_unit);
     let earlier = Earlier::at(&args.out, "the earlier file")?;
@@ -41,6 +49,20 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
         value: &found,
     };
     deliver_and(&args.outputs, &found, &[&args.out])
+}
+
+/// The transfer function of a recording that is read part by part; `None` where the whole recording is needed.
+fn of_large(args: &Transfer, large: &Large) -> Outcome<Option<BetweenChannels>> {
+    let contents = large.contents();
+    let config = config(args, contents)?;
+    let mut each = |channels: &[&str], take: &mut dyn FnMut(&Recording)| {
+        large.each(channels, |_, part| {
+            take(part);
+            Ok(())
+        })
+    };
+    let found = between_in_parts(&contents.recording, large.samples(), &config, &mut each)?;
+    found.map_err(|error| refused(args, error))
 }
 
 /// What the options ask for of the recording in `contents`.

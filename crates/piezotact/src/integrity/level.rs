@@ -40,7 +40,7 @@ pub(super) const FLOOR: f64 = 0.04;
 /// More than this share at the floor are pauses of a stimulus.
 const PAUSES: f64 = 0.5;
 /// A value that is held in this many separate runs or more is the resting level of the signal, and not a frozen sensor.
-const RESTS: usize = 3;
+pub(super) const RESTS: usize = 3;
 
 /// Properties of the intact parts of a signal.
 pub(super) struct Usual {

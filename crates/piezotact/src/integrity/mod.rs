@@ -3,13 +3,15 @@
 
 mod copied;
 mod hum;
+mod in_parts;
 mod level;
 mod pair;
 mod warning;
 
 pub use copied::{Copy, copied};
 pub use hum::{Hum, RestLine, lines_at_rest, mains_hum};
-pub(crate) use pair::{Broken, warnings_beside};
+pub use in_parts::InParts;
+pub(crate) use pair::{Broken, BrokenInParts, warnings_beside};
 pub use pair::{Pair, transfer_warnings};
 pub use warning::{ChannelFault, SignalWarning};
 

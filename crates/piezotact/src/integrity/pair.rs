@@ -6,19 +6,30 @@ use super::level::{Usual, abrupt, at_the_floor};
 use super::{ChannelFault, Defects, SignalWarning, Span, inspect_samples, never_changes};
 use crate::clipping::limited;
 use crate::quantity::{SampleRate, Seconds, Unit};
-use crate::recording::Recording;
+use crate::recording::{Clock, Recording};
 use crate::warning::Warning;
 
-/// The copies among the channels of a recording, but for the pair `told`. A digital drive and the voltage at the amplifier may
-/// legitimately be equal.
+/// The copies among the channels of a recording, but for the pair `told`.
 pub(super) fn copies_in(recording: &Recording, told: Option<[&str; 2]>) -> Vec<Warning> {
+    let found = copied_pairs(recording, told).into_iter();
+    found
+        .map(|([copy, of], found, clock)| found.warning(copy, of, clock.rate_hz.hz()).into())
+        .collect()
+}
+
+/// The channels of a recording that are copies, each with the one of which it is, but for the pair `told`. A digital drive and the voltage
+/// at the amplifier may legitimately be equal.
+pub(super) fn copied_pairs<'r>(
+    recording: &'r Recording,
+    told: Option<[&str; 2]>,
+) -> Vec<([&'r str; 2], Copy, Clock)> {
     let channels: Vec<_> = recording
         .channels_with_clocks()
         .filter(|(c, _)| !super::commanded(&c.unit) && !super::holds_codes(&c.name))
         .filter(|(c, _)| !never_changes(&c.samples))
         .collect();
     let sends = |unit: &Unit| matches!(unit, Unit::FullScale | Unit::Volt);
-    let mut warnings = Vec::new();
+    let mut copies = Vec::new();
     for (i, (copy, clock)) in channels.iter().enumerate().skip(1) {
         let found = channels[..i].iter().find_map(|(of, of_clock)| {
             let is_told = told.is_some_and(|told| {
@@ -29,18 +40,26 @@ pub(super) fn copies_in(recording: &Recording, told: Option<[&str; 2]>) -> Vec<W
             }
             Some((of, copied(&of.samples, &copy.samples)?))
         });
-        if let Some((of, found)) = found {
-            warnings.push(Warning::from(SignalWarning::Channel {
-                channel: copy.name.clone(),
-                fault: ChannelFault::Copied {
-                    of: of.name.clone(),
-                    factor: found.factor,
-                    delay_s: found.later as f64 / clock.rate_hz.hz(),
-                },
-            }));
+        copies.extend(found.map(|(of, found)| {
+            let names = [copy.name.as_str(), of.name.as_str()];
+            (names, found, *clock)
+        }));
+    }
+    copies
+}
+
+impl Copy {
+    /// The warning that the channel `copy` is one of the channel `of`.
+    pub(super) fn warning(self, copy: &str, of: &str, rate_hz: f64) -> SignalWarning {
+        SignalWarning::Channel {
+            channel: copy.to_owned(),
+            fault: ChannelFault::Copied {
+                of: of.to_owned(),
+                factor: self.factor,
+                delay_s: self.later as f64 / rate_hz,
+            },
         }
     }
-    warnings
 }
 
 /// A drive and the response to it, with the names of their channels.
@@ -89,7 +108,7 @@ pub fn transfer_warnings(pair: &Pair<'_>) -> Vec<Warning> {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Broken {
     /// The response is the drive once more.
-    copied: Option<Copy>,
+    pub(super) copied: Option<Copy>,
     /// The response is dead while the drive goes on.
     dead: Option<SignalWarning>,
     /// Lines of the mains in the response.
@@ -97,7 +116,7 @@ pub(crate) struct Broken {
     /// The shares of drive and response at a limit, 0–1; 0 for what is limited on purpose.
     clipped: [f64; 2],
     /// The drive is beyond its limit.
-    beyond: Option<SignalWarning>,
+    pub(super) beyond: Option<SignalWarning>,
 }
 
 impl Broken {
@@ -121,14 +140,8 @@ impl Broken {
     /// The warnings about a transfer function from the drive to the response of `pair`.
     pub(crate) fn warnings(&self, pair: &Pair<'_>) -> Vec<Warning> {
         let [drive, response] = [pair.drive_name, pair.response_name].map(str::to_owned);
-        let copied = self.copied.map(|copy| SignalWarning::Channel {
-            channel: response.clone(),
-            fault: ChannelFault::Copied {
-                of: drive.clone(),
-                factor: copy.factor,
-                delay_s: copy.later as f64 / pair.rate.hz(),
-            },
-        });
+        let copied = self.copied;
+        let copied = copied.map(|copy| copy.warning(&response, &drive, pair.rate.hz()));
         let hum = self.hum.as_ref().map(|hum| hum.warning(response.clone()));
         let [of_drive, of_response] = self.clipped;
         let response_clipped = (of_response > 0.0).then(|| SignalWarning::Channel {
@@ -151,7 +164,7 @@ impl Broken {
     }
 
     /// `defects` of the channel `name` without those that the warnings about the pair name already.
-    fn beside(&self, pair: &Pair<'_>, name: &str, mut defects: Defects) -> Defects {
+    pub(super) fn beside(&self, pair: &Pair<'_>, name: &str, mut defects: Defects) -> Defects {
         let [of_drive, of_response] = self.clipped.map(|share| share > 0.0 || !pair.lasts);
         if name == pair.drive_name && of_drive || name == pair.response_name && of_response {
             defects.clipped_fraction = 0.0;
@@ -164,6 +177,88 @@ impl Broken {
             defects.hum = defects.hum.filter(|_| self.hum.is_none());
         }
         defects
+    }
+}
+
+/// What is broken in a drive and the response to it that come part by part, each inspected as signals of their own.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct BrokenInParts {
+    /// Those in which both change.
+    parts: usize,
+    /// The first copy; none where a part is no copy, or one of another delay.
+    copied: Option<Copy>,
+    /// Dead stretches, the longest in s, and the power of the drive then and in all.
+    dead: (usize, f64, f64),
+    power: f64,
+    hums: Vec<Hum>,
+    beyond: Beyond,
+}
+
+impl BrokenInParts {
+    pub(crate) fn add(&mut self, pair: &Pair<'_>) {
+        let broken = Broken::of(pair);
+        let power: f64 = pair.drive.iter().map(|v| v * v).sum();
+        self.power += power;
+        if let Some(limit) = pair.drive_limit {
+            self.beyond.add(pair.drive, limit);
+        }
+        if never_changes(pair.drive) {
+            return;
+        }
+        if never_changes(pair.response) {
+            let (all, longest, lost) = self.dead;
+            let length_s = pair.rate.duration_of(pair.response.len()).0;
+            self.dead = (all + 1, longest.max(length_s), lost + power);
+            return;
+        }
+        let is_first = self.parts == 0;
+        self.parts += 1;
+        self.copied = (broken.copied)
+            .filter(|copy| is_first || self.copied.is_some_and(|first| first.later == copy.later));
+        if let Some(SignalWarning::Channel {
+            fault:
+                ChannelFault::DeadWhileDriven {
+                    count,
+                    longest_s,
+                    share,
+                    ..
+                },
+            ..
+        }) = broken.dead
+        {
+            let (all, longest, lost) = self.dead;
+            self.dead = (all + count, longest.max(longest_s), lost + share * power);
+        }
+        self.hums.extend(broken.hum);
+    }
+
+    /// What is broken in all parts of `pair`, whose samples are not looked at; `clipped` are the shares of drive and response at a limit.
+    pub(crate) fn broken(mut self, pair: &Pair<'_>, clipped: [f64; 2]) -> Broken {
+        let (count, longest_s, lost) = self.dead;
+        let share = lost / self.power.max(f64::MIN_POSITIVE);
+        let low_db = low_db(share);
+        let dead = (count > 0 && low_db >= LEAST_LOW_DB).then(|| SignalWarning::Channel {
+            channel: pair.response_name.into(),
+            fault: ChannelFault::DeadWhileDriven {
+                count,
+                longest_s,
+                share,
+                low_db,
+            },
+        });
+        let hum = (2 * self.hums.len() > self.parts).then(|| {
+            self.hums.sort_by(|a, b| a.share.total_cmp(&b.share));
+            self.hums.swap_remove(self.hums.len() / 2)
+        });
+        let [drive, response] = clipped;
+        let limit = pair.drive_limit;
+        Broken {
+            copied: self.copied,
+            dead,
+            hum,
+            clipped: [if drive > CRESTS { drive } else { 0.0 }, response],
+            beyond: limit.and_then(|limit| self.beyond.warning(pair.drive_name, limit)),
+        }
     }
 }
 
@@ -192,28 +287,55 @@ pub(crate) fn warnings_beside(
 
 /// The warning about a drive beyond `limit`.
 pub(super) fn beyond(drive: &[f64], channel: &str, limit: f64) -> Option<SignalWarning> {
-    let most = limit * (1.0 + TOLERANCE);
-    let (mut peak, mut count, mut played, mut all) = (0.0_f64, 0_usize, 0.0, 0.0);
-    for v in drive {
-        peak = peak.max(v.abs());
-        count += usize::from(v.abs() > most);
-        played += v * v.clamp(-limit, limit);
-        all += v * v;
+    let mut beyond = Beyond::default();
+    beyond.add(drive, limit);
+    beyond.warning(channel, limit)
+}
+
+/// How much of a drive is beyond a limit.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Beyond {
+    peak: f64,
+    count: usize,
+    samples: usize,
+    /// The sums of what is played times what was to be played, and of the squares of this.
+    played: f64,
+    all: f64,
+}
+
+impl Beyond {
+    pub(super) fn add(&mut self, drive: &[f64], limit: f64) {
+        let most = limit * (1.0 + TOLERANCE);
+        for v in drive {
+            self.peak = self.peak.max(v.abs());
+            self.count += usize::from(v.abs() > most);
+            self.played += v * v.clamp(-limit, limit);
+            self.all += v * v;
+        }
+        self.samples += drive.len();
     }
-    (count > 0).then(|| SignalWarning::Channel {
-        channel: channel.into(),
-        fault: ChannelFault::BeyondLimit {
-            peak,
-            limit,
-            share: count as f64 / drive.len() as f64,
-            lost_db: 20.0 * (all / played).log10(),
-        },
-    })
+
+    pub(super) fn warning(&self, channel: &str, limit: f64) -> Option<SignalWarning> {
+        (self.count > 0).then(|| SignalWarning::Channel {
+            channel: channel.into(),
+            fault: ChannelFault::BeyondLimit {
+                peak: self.peak,
+                limit,
+                share: self.count as f64 / self.samples as f64,
+                lost_db: 20.0 * (self.all / self.played).log10(),
+            },
+        })
+    }
 }
 
 /// A dead response that lowers the transfer function by less than this, dB, is not reported: the response begins later than
 /// the drive anyway.
 const LEAST_LOW_DB: f64 = 0.1;
+
+/// How far a transfer function is lowered where the response is dead for this share of the drive's power, dB.
+fn low_db(share: f64) -> f64 {
+    -20.0 * (1.0 - share).max(1e-3).log10()
+}
 
 /// The warning about a response that is dead while the drive goes on.
 fn dead(pair: &Pair<'_>) -> Option<SignalWarning> {
@@ -240,7 +362,7 @@ fn dead(pair: &Pair<'_>) -> Option<SignalWarning> {
         .sum::<f64>()
         / all;
     let longest = spans.iter().map(|span| span.len()).max()?;
-    let low_db = -20.0 * (1.0 - share).max(1e-3).log10();
+    let low_db = low_db(share);
     (low_db >= LEAST_LOW_DB).then(|| SignalWarning::Channel {
         channel: pair.response_name.into(),
         fault: ChannelFault::DeadWhileDriven {

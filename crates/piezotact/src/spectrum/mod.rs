@@ -3,12 +3,15 @@
 //! The scaling is a field of the value: a power spectral density cannot be taken for a power spectrum.
 
 mod document;
+mod in_blocks;
 mod page;
 mod spectrogram;
 mod warning;
 mod window;
 
 pub use document::SpectrumDocument;
+pub(crate) use in_blocks::Held;
+pub use in_blocks::WelchInBlocks;
 use std::marker::PhantomData;
 pub use warning::SpectrumWarning;
 
@@ -16,7 +19,7 @@ use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
 pub(crate) use piezotact_fourier::{CrossSum, Folded, segments_in};
-pub use spectrogram::{Cells, Spectrogram, SpectrogramConfig, spectrogram};
+pub use spectrogram::{Cells, Spectrogram, SpectrogramConfig, SpectrogramInBlocks, spectrogram};
 pub use window::{Symmetry, UnknownWindow, Window};
 
 use crate::quantity::{Hertz, Quantity, SampleRate};
@@ -349,10 +352,15 @@ impl WelchPlan {
             });
         }
         let (n, hop) = (self.config.segment, self.hop);
-        let mut values = match &mut self.average {
+        let values = match &mut self.average {
             Average::Mean(sum) => mean_power(sum, records, n, hop, averages),
             Average::Median(transform, z) => median_power(transform, z, records, hop, averages),
         };
+        Ok(self.spectrum(values, averages))
+    }
+
+    /// The spectrum whose two-sided average over segments is `values`, not scaled.
+    fn spectrum<Q: Quantity>(&self, mut values: Vec<f64>, averages: usize) -> Spectrum<Q> {
         let scale = match self.config.scaling {
             Scaling::Density => 1.0 / (self.rate.hz() * self.window_power),
             Scaling::Spectrum => 1.0 / (self.window_sum * self.window_sum),
@@ -366,14 +374,14 @@ impl WelchPlan {
                 what: Few::Segments,
             }));
         }
-        Ok(Spectrum {
+        Spectrum {
             values,
             resolution_hz: self.rate.hz() / self.config.segment as f64,
             averages,
             config: self.config.clone(),
             warnings,
             quantity: PhantomData,
-        })
+        }
     }
 
     fn segments_in(&self, samples: usize) -> usize {
@@ -399,6 +407,10 @@ fn mean_power(
             sum.add_single(cut(count - 1));
         }
     }
+    mean_of(sum, averages)
+}
+
+fn mean_of(sum: &PowerSum, averages: usize) -> Vec<f64> {
     let mut values = sum.folded();
     for value in &mut values {
         *value /= averages as f64;

@@ -6,8 +6,8 @@ use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Averaging, Detrend, EstimateError, Scaling, SegmentTransform, Symmetry, WelchConfig, Window,
-    frequency_axis, one_sided, segments_in,
+    Averaging, Detrend, EstimateError, Held, Scaling, SegmentTransform, Symmetry, WelchConfig,
+    Window, frequency_axis, one_sided, segments_in,
 };
 use crate::figure::SpectrogramPanel;
 use crate::number::digits;
@@ -187,7 +187,7 @@ impl<Q: Quantity> Spectrogram<Q> {
 }
 
 /// Groups of `each` neighbours, so many that `count` of them make `most` groups at most.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 struct Groups {
     count: usize,
     each: usize,
@@ -254,89 +254,181 @@ pub fn spectrogram<Q: Quantity>(
     x: &Series<Q>,
     config: &SpectrogramConfig,
 ) -> Result<Spectrogram<Q>, EstimateError> {
-    let welch = config.welch();
-    welch.fits(x.samples().len())?;
-    let (rate_hz, segment) = (x.rate().hz(), config.segment);
-    let resolution_hz = rate_hz / segment as f64;
-    let bins = segment / 2 + 1;
-    let (columns, rows, lines) = match config.cells {
-        Cells::All => (usize::MAX, bins, bins),
-        Cells::AtMost {
-            columns,
-            rows,
-            highest,
-        } => (
-            columns,
-            rows,
-            lines_up_to(highest, resolution_hz, x.rate())?,
-        ),
-    };
-    if columns == 0 || rows == 0 {
-        return Err(EstimateError::Config {
-            what: "at least one column and one row",
-            found: format!("{columns} and {rows}"),
+    let mut all = SpectrogramInBlocks::new(config, x.rate(), x.samples().len())?;
+    for block in x.samples().chunks(BLOCK) {
+        all.add(block);
+    }
+    Ok(all.spectrogram())
+}
+
+/// Samples that are taken at a time.
+const BLOCK: usize = 1 << 16;
+
+/// A spectrogram of a signal that comes in blocks: that of the whole signal, bit for bit.
+#[derive(Debug)]
+pub struct SpectrogramInBlocks {
+    config: SpectrogramConfig,
+    rate: SampleRate,
+    hop: usize,
+    segments: usize,
+    sums: Sums,
+    held: Held,
+    transform: SegmentTransform,
+    z: Vec<Complex<f64>>,
+}
+
+/// The sums of power in the cells.
+#[derive(Debug)]
+struct Sums {
+    times: Groups,
+    frequencies: Groups,
+    /// The lines that are kept, and what each counts in its row.
+    lines: usize,
+    weights: Vec<f64>,
+    values: Vec<f64>,
+    /// The segments that were added.
+    done: usize,
+}
+
+impl Sums {
+    /// Adds the transform of so many `segments`, one or two.
+    fn add(&mut self, z: &[Complex<f64>], segments: usize) {
+        let (rows, each, lines) = (self.frequencies.len(), self.frequencies.each, self.lines);
+        let start = |segment: usize| segment / self.times.each * rows;
+        let (a, b) = (start(self.done), start(self.done + 1));
+        let (values, weights) = (&mut self.values, &self.weights);
+        piezotact_fourier::split_power(z, |k, power_a, power_b| {
+            if k < lines {
+                let row = k / each;
+                values[a + row] += power_a * weights[k];
+                if segments == 2 {
+                    values[b + row] += power_b * weights[k];
+                }
+            }
+        });
+        self.done += 2;
+    }
+}
+
+impl SpectrogramInBlocks {
+    /// The spectrogram of a signal of so many `samples` at `rate`.
+    ///
+    /// # Errors
+    /// Those of [`spectrogram`].
+    pub fn new(
+        config: &SpectrogramConfig,
+        rate: SampleRate,
+        samples: usize,
+    ) -> Result<Self, EstimateError> {
+        let welch = config.welch();
+        welch.fits(samples)?;
+        let (rate_hz, segment) = (rate.hz(), config.segment);
+        let resolution_hz = rate_hz / segment as f64;
+        let bins = segment / 2 + 1;
+        let (columns, rows, lines) = match config.cells {
+            Cells::All => (usize::MAX, bins, bins),
+            Cells::AtMost {
+                columns,
+                rows,
+                highest,
+            } => (columns, rows, lines_up_to(highest, resolution_hz, rate)?),
+        };
+        if columns == 0 || rows == 0 {
+            return Err(EstimateError::Config {
+                what: "at least one column and one row",
+                found: format!("{columns} and {rows}"),
+            });
+        }
+        let hop = welch.hop()?;
+        let window = welch.window.coefficients(segment, welch.symmetry);
+        let window_power: f64 = window.iter().map(|w| w * w).sum();
+        let segments = segments_in(samples, segment, hop);
+        let (times, frequencies) = (Groups::of(segments, columns), Groups::of(lines, rows));
+        // What every line counts in its row.
+        let mut weights = vec![1.0; bins];
+        one_sided(&mut weights, segment, 1.0 / (rate_hz * window_power));
+        for (k, weight) in weights[..lines].iter_mut().enumerate() {
+            *weight /= frequencies.size(k / frequencies.each) as f64;
+        }
+        Ok(Self {
+            config: config.clone(),
+            rate,
+            hop,
+            segments,
+            sums: Sums {
+                times,
+                frequencies,
+                lines,
+                weights,
+                values: vec![0.0; times.len() * frequencies.len()],
+                done: 0,
+            },
+            held: Held::new(segment, hop),
+            transform: SegmentTransform::new(window, welch.detrend.into()),
+            z: vec![Complex::default(); segment],
+        })
+    }
+
+    /// Takes the next samples of the signal; those beyond its stated number are left out.
+    pub fn add(&mut self, block: &[f64]) {
+        self.held.add(block, |a, b| {
+            if self.sums.done + 2 <= self.segments {
+                self.transform.transform_pair(a, b, &mut self.z);
+                self.sums.add(&self.z, 2);
+            }
         });
     }
-    let hop = welch.hop()?;
-    let window = welch.window.coefficients(segment, welch.symmetry);
-    let window_power: f64 = window.iter().map(|w| w * w).sum();
-    let segments = segments_in(x.samples().len(), segment, hop);
-    let (times, frequencies) = (Groups::of(segments, columns), Groups::of(lines, rows));
-    let rows = frequencies.len();
 
-    // What every line counts in its row.
-    let mut weights = vec![1.0; bins];
-    one_sided(&mut weights, segment, 1.0 / (rate_hz * window_power));
-    for (k, weight) in weights[..lines].iter_mut().enumerate() {
-        *weight /= frequencies.size(k / frequencies.each) as f64;
+    /// The spectrogram of all samples, as [`spectrogram`] gives it.
+    #[must_use]
+    pub fn spectrogram<Q: Quantity>(mut self) -> Spectrogram<Q> {
+        if self.sums.done < self.segments
+            && let Some(last) = self.held.last()
+        {
+            self.transform.transform_single(last, &mut self.z);
+            self.sums.add(&self.z, 1);
+        }
+        let Self {
+            config,
+            rate,
+            hop,
+            segments,
+            sums,
+            ..
+        } = self;
+        let Sums {
+            times,
+            frequencies,
+            mut values,
+            ..
+        } = sums;
+        let (rate_hz, segment, rows) = (rate.hz(), config.segment, frequencies.len());
+        let resolution_hz = rate_hz / segment as f64;
+        for (k, column) in values.chunks_exact_mut(rows).enumerate() {
+            let averaged = times.size(k) as f64;
+            column.iter_mut().for_each(|value| *value /= averaged);
+        }
+        let hop = hop as f64;
+        Spectrogram {
+            values,
+            times_s: times
+                .middles()
+                .map(|i| (0.5 * segment as f64 + i * hop) / rate_hz)
+                .collect(),
+            frequencies_hz: if frequencies.each == 1 {
+                frequency_axis(resolution_hz, rows)
+            } else {
+                frequencies.middles().map(|k| k * resolution_hz).collect()
+            },
+            time_step_s: times.each as f64 * hop / rate_hz,
+            frequency_step_hz: frequencies.each as f64 * resolution_hz,
+            segments,
+            segments_per_column: times.each,
+            lines_per_row: frequencies.each,
+            config,
+            quantity: PhantomData,
+        }
     }
-    let mut values = vec![0.0; times.len() * rows];
-    let mut done = 0;
-    let mut z = vec![Complex::default(); segment];
-    SegmentTransform::new(window, welch.detrend.into()).each_pair(
-        x.samples(),
-        hop,
-        &mut z,
-        |z, both| {
-            let start = |segment: usize| segment / times.each * rows;
-            let (a, b) = (start(done), start(done + 1));
-            piezotact_fourier::split_power(z, |k, power_a, power_b| {
-                if k < lines {
-                    let row = k / frequencies.each;
-                    values[a + row] += power_a * weights[k];
-                    if both {
-                        values[b + row] += power_b * weights[k];
-                    }
-                }
-            });
-            done += 2;
-        },
-    );
-    for (k, column) in values.chunks_exact_mut(rows).enumerate() {
-        let averaged = times.size(k) as f64;
-        column.iter_mut().for_each(|value| *value /= averaged);
-    }
-
-    let hop = hop as f64;
-    Ok(Spectrogram {
-        values,
-        times_s: times
-            .middles()
-            .map(|i| (0.5 * segment as f64 + i * hop) / rate_hz)
-            .collect(),
-        frequencies_hz: if frequencies.each == 1 {
-            frequency_axis(resolution_hz, rows)
-        } else {
-            frequencies.middles().map(|k| k * resolution_hz).collect()
-        },
-        time_step_s: times.each as f64 * hop / rate_hz,
-        frequency_step_hz: frequencies.each as f64 * resolution_hz,
-        segments,
-        segments_per_column: times.each,
-        lines_per_row: frequencies.each,
-        config: config.clone(),
-        quantity: PhantomData,
-    })
 }
 
 /// The number of lines from 0 Hz to the one nearest to `highest`.

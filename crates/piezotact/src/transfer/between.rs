@@ -130,19 +130,11 @@ pub fn between_channels(
         traces,
         spectra,
     } = estimated(&drive, response.clone(), config, known)?;
-    let band = function.tactile_band();
-    if function.impact.is_none() && function.lines_in(band).next().is_none() {
-        return Err(TransferError::Segment {
-            least: (response.rate().hz() / band.high().0).ceil() as usize,
-            samples: response.samples().len(),
-            found: config.welch.segment,
-        });
-    }
+    require_lines(&function, response.samples().len(), config)?;
     // What a drive that repeats itself distorts repeats too: it is no scatter.
     function.known_input =
         config.known_input && !repeats_itself(drive.samples(), config.welch.segment);
     let units = [&drive_unit, &response_unit];
-    let lasts = function.impact.is_none();
     let limit = config.setup.as_ref().map_or(1.0, DriveSetup::drive_limit);
     let pair = Pair {
         drive: drive.samples(),
@@ -151,7 +143,7 @@ pub fn between_channels(
         drive_name: config.drive,
         response_name: config.response,
         drive_limit: (drive_unit == Unit::FullScale).then_some(limit),
-        lasts,
+        lasts: function.impact.is_none(),
     };
     let broken = Broken::of(&pair);
     function.about.warnings.extend(broken.warnings(&pair));
@@ -161,15 +153,52 @@ pub fn between_channels(
     describe(&mut function, recording, config);
     let beside = warnings_beside(recording, limit, (&pair, &broken));
     function.about.add_warnings(beside);
-    Ok(BetweenChannels {
-        limits: function.limits(),
-        bias: function.bias(function.tactile_band()),
+    Ok(BetweenChannels::of(
         function,
-        drive_unit,
-        response_unit,
-        channels: [config.drive, config.response].map(str::to_owned),
-        traces,
-        spectra,
+        (drive_unit, response_unit),
+        config,
+        (traces, spectra),
+    ))
+}
+
+impl BetweenChannels {
+    /// `function` with its limits and bias, between channels of these units.
+    pub(super) fn of(
+        function: TransferFunction<Uncalibrated, Uncalibrated>,
+        (drive_unit, response_unit): (Unit, Unit),
+        config: &BetweenConfig<'_>,
+        (traces, spectra): (
+            Option<ImpactTraces>,
+            Option<CrossSpectra<Uncalibrated, Uncalibrated>>,
+        ),
+    ) -> Self {
+        Self {
+            limits: function.limits(),
+            bias: function.bias(function.tactile_band()),
+            function,
+            drive_unit,
+            response_unit,
+            channels: [config.drive, config.response].map(str::to_owned),
+            traces,
+            spectra,
+        }
+    }
+}
+
+/// Refuses segments so short that no line lies in the tactile band.
+pub(super) fn require_lines(
+    function: &TransferFunction<Uncalibrated, Uncalibrated>,
+    samples: usize,
+    config: &BetweenConfig<'_>,
+) -> Result<(), TransferError> {
+    let band = function.tactile_band();
+    if function.impact.is_some() || function.lines_in(band).next().is_some() {
+        return Ok(());
+    }
+    Err(TransferError::Segment {
+        least: (function.rate.hz() / band.high().0).ceil() as usize,
+        samples,
+        found: config.welch.segment,
     })
 }
 
@@ -261,7 +290,7 @@ fn of_impacts(
 }
 
 /// The drive, as a share of full scale where volts per full scale are stated, and its unit.
-fn excited(
+pub(super) fn excited(
     recording: &Recording,
     config: &BetweenConfig<'_>,
 ) -> Result<(Series<Uncalibrated>, Unit), TransferError> {
@@ -291,7 +320,7 @@ fn beside_force(change: Change, recording: &Recording) -> Change {
 }
 
 /// Warns of units that are no drive and response, and of a sign that is reversed.
-fn warning(
+pub(super) fn warning(
     function: &mut TransferFunction<Uncalibrated, Uncalibrated>,
     found: &Found,
     [drive_unit, response_unit]: [&Unit; 2],
@@ -322,7 +351,7 @@ fn warning(
 }
 
 /// Gives the transfer function the provenance, the condition and the warnings of its recording, and the device.
-fn describe(
+pub(super) fn describe(
     function: &mut TransferFunction<Uncalibrated, Uncalibrated>,
     recording: &Recording,
     config: &BetweenConfig<'_>,

@@ -124,16 +124,26 @@ impl Change {
     pub(super) fn with_force(self, force_n: &[f64], rate: SampleRate) -> Self {
         let (mut then, mut rest) = (Vec::new(), Vec::new());
         for (i, force_n) in force_n.iter().enumerate() {
-            let at_s = i as f64 / rate.hz();
-            match self.parts_s.iter().any(|[a, b]| (*a..*b).contains(&at_s)) {
+            match self.holds(i, rate) {
                 true => then.push(*force_n),
                 false => rest.push(*force_n),
             }
         }
+        self.with_mean_forces([mean(&then), mean(&rest)])
+    }
+
+    /// The same with the mean normal forces in those parts and in the rest, N.
+    pub(super) fn with_mean_forces(self, force_n: [f64; 2]) -> Self {
         Self {
-            force_n: Some([mean(&then), mean(&rest)]),
+            force_n: Some(force_n),
             ..self
         }
+    }
+
+    /// Whether the sample `i` at `rate` lies in those parts.
+    pub(super) fn holds(&self, i: usize, rate: SampleRate) -> bool {
+        let at_s = i as f64 / rate.hz();
+        self.parts_s.iter().any(|[a, b]| (*a..*b).contains(&at_s))
     }
 
     /// The warning about it.

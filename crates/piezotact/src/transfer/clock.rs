@@ -157,7 +157,7 @@ fn rules(rate: SampleRate) -> Rules {
 }
 
 /// How the delay changes, samples.
-struct Drifting {
+pub(super) struct Drifting {
     /// The drift and its standard error, parts per million, if it is significant and large enough.
     drift_ppm: Option<[f64; 2]>,
     /// Where samples are missing, and how many.
@@ -166,7 +166,7 @@ struct Drifting {
 
 impl Drifting {
     /// Leaves out what turns no phase by more than π: the change of a system does as much. Says whether there was any.
-    fn keep_above_half_a_turn(&mut self, blocks: &Blocks) -> bool {
+    pub(super) fn keep_above_half_a_turn(&mut self, blocks: &Blocks) -> bool {
         let last = blocks.lines.last().copied().unwrap_or(0);
         let least = std::f64::consts::PI / blocks.radians(last).max(f64::MIN_POSITIVE);
         let before = (self.drift_ppm, self.steps.len());
@@ -176,12 +176,14 @@ impl Drifting {
         before != (self.drift_ppm, self.steps.len())
     }
 
-    /// `response` corrected by it; `None` where there is nothing to correct.
-    fn corrected<O: Quantity>(&self, response: &Series<O>, blocks: &Blocks) -> Option<OneClock<O>> {
-        if self.drift_ppm.is_none() && self.steps.is_empty() {
-            return None;
-        }
-        let rate = response.rate();
+    /// Whether there is nothing to correct.
+    pub(super) fn is_none(&self) -> bool {
+        self.drift_ppm.is_none() && self.steps.is_empty()
+    }
+
+    /// The stretches where samples are missing, `[start, end]` in s, and the warnings about it.
+    pub(super) fn said(&self, blocks: &Blocks) -> (Vec<[f64; 2]>, Vec<Warning>) {
+        let rate = blocks.rate;
         let drift = self.drift_ppm.map(|[ppm, uncertainty_ppm]| {
             let of = Clocks::Response {
                 ppm,
@@ -200,6 +202,18 @@ impl Drifting {
         let missing_s = self.steps.iter().map(|[at, _]| {
             [at - 0.5 * reach, at + 0.5 * reach].map(|sample| sample.max(0.0) / rate.hz())
         });
+        (
+            missing_s.collect(),
+            drift.into_iter().chain(steps).collect(),
+        )
+    }
+
+    /// `response` corrected by it; `None` where there is nothing to correct.
+    fn corrected<O: Quantity>(&self, response: &Series<O>, blocks: &Blocks) -> Option<OneClock<O>> {
+        if self.is_none() {
+            return None;
+        }
+        let (missing_s, warnings) = self.said(blocks);
         let about = mean(response.samples());
         let centred: Vec<f64> = response.samples().iter().map(|v| v - about).collect();
         let mut samples = at_places(&centred, centred.len(), |i| {
@@ -207,18 +221,147 @@ impl Drifting {
         });
         samples.iter_mut().for_each(|v| *v += about);
         Some(OneClock {
-            response: Series::new(samples, rate).ok()?,
-            missing_s: missing_s.collect(),
-            warnings: drift.into_iter().chain(steps).collect(),
+            response: Series::new(samples, response.rate()).ok()?,
+            missing_s,
+            warnings,
             change: None,
         })
     }
 
     /// The delay at sample `i` of the drive.
-    fn delay_at(&self, i: f64) -> f64 {
+    pub(super) fn delay_at(&self, i: f64) -> f64 {
         let drift = self.drift_ppm.map_or(0.0, |[ppm, _]| ppm * 1e-6 * i);
         let passed = self.steps.iter().filter(|[at, _]| *at <= i);
         drift - passed.map(|[_, missing]| missing).sum::<f64>()
+    }
+}
+
+/// Samples that are taken at a time.
+const PART: usize = 1 << 16;
+
+/// The cross-spectra of the blocks of two signals that come part by part.
+pub(super) struct BlockSums {
+    found: Blocks,
+    hop: usize,
+    in_block: usize,
+    blocks: usize,
+    /// The segments that were added, and those of the current block.
+    done: usize,
+    cross: Vec<Complex<f64>>,
+    power: Vec<f64>,
+    window: Vec<f64>,
+    transform: RealTransform,
+    held: [Vec<f64>; 2],
+}
+
+impl BlockSums {
+    /// Nothing yet, of signals of so many `samples`; `None` where they give too few blocks.
+    pub(super) fn new(samples: usize, config: &WelchConfig, rate: SampleRate) -> Option<Self> {
+        let segment = config.segment.min(samples / (FEWEST_BLOCKS / 2 + 1)) & !1;
+        if segment < SHORTEST {
+            return None;
+        }
+        let hop = segment / 2;
+        let count = (samples - segment) / hop + 1;
+        let in_block = count.div_ceil(MOST_BLOCKS);
+        let blocks = count / in_block;
+        if blocks < FEWEST_BLOCKS {
+            return None;
+        }
+        let all = segment / 2 + 1;
+        Some(Self {
+            found: Blocks {
+                segment,
+                span: segment + (in_block - 1) * hop,
+                rate,
+                at: Vec::with_capacity(blocks),
+                cross: Vec::with_capacity(blocks),
+                drive: Vec::with_capacity(blocks),
+                drive_power: vec![0.0; all],
+                response_power: vec![0.0; all],
+                lines: Vec::new(),
+            },
+            hop,
+            in_block,
+            blocks,
+            done: 0,
+            cross: vec![Complex::default(); all],
+            power: vec![0.0; all],
+            window: (0..segment)
+                .map(|i| hann(i as f64 / segment as f64))
+                .collect(),
+            transform: RealTransform::new(segment),
+            held: [Vec::new(), Vec::new()],
+        })
+    }
+
+    /// Takes the next samples of both, as many of each.
+    pub(super) fn add(&mut self, drive: &[f64], response: &[f64]) {
+        let mut held = std::mem::take(&mut self.held);
+        held[0].extend_from_slice(drive);
+        held[1].extend_from_slice(response);
+        let mut from = 0;
+        while let (Some(drive), Some(response)) = (
+            held[0].get(from..from + self.found.segment),
+            held[1].get(from..from + self.found.segment),
+        ) {
+            self.add_segment(drive, response);
+            from += self.hop;
+        }
+        for held in &mut held {
+            held.drain(..from);
+        }
+        self.held = held;
+    }
+
+    fn add_segment(&mut self, drive: &[f64], response: &[f64]) {
+        if self.done >= self.blocks * self.in_block {
+            return;
+        }
+        let (window, transform) = (&self.window, &mut self.transform);
+        let mut lines_of = |samples: &[f64]| {
+            let about = mean(samples);
+            let windowed: Vec<f64> = samples
+                .iter()
+                .zip(window)
+                .map(|(v, w)| (v - about) * w)
+                .collect();
+            transform.forward(&windowed)
+        };
+        let (x, y) = (lines_of(drive), lines_of(response));
+        for (line, (x, y)) in x.iter().zip(&y).enumerate() {
+            self.cross[line] += x.conj() * y;
+            self.power[line] += x.norm_sqr();
+            self.found.response_power[line] += y.norm_sqr();
+        }
+        self.done += 1;
+        if !self.done.is_multiple_of(self.in_block) {
+            return;
+        }
+        for (sum, power) in self.found.drive_power.iter_mut().zip(&self.power) {
+            *sum += power;
+        }
+        let from = ((self.done - self.in_block) * self.hop) as f64;
+        let all = self.power.len();
+        self.found.at.push(from + 0.5 * self.found.span as f64);
+        let cross = std::mem::replace(&mut self.cross, vec![Complex::default(); all]);
+        let power = std::mem::replace(&mut self.power, vec![0.0; all]);
+        self.found.cross.push(cross);
+        self.found.drive.push(power);
+    }
+
+    /// The blocks of all samples; `None` where they were fewer than stated, or too few lines are excited.
+    pub(super) fn blocks(self) -> Option<Blocks> {
+        let mut found = self.found;
+        if found.at.len() < self.blocks {
+            return None;
+        }
+        let strongest = found.drive_power.iter().copied().fold(0.0, f64::max);
+        // The window's leakage about 0 Hz, and the real line at the end.
+        found.lines = (2..found.drive_power.len() - 1)
+            .filter(|line| found.drive_power[*line] > EXCITED * strongest)
+            .collect();
+        (found.lines.len() >= FEWEST_LINES).then_some(found)
     }
 }
 
@@ -252,69 +395,11 @@ impl Blocks {
     }
 
     fn of(drive: &[f64], response: &[f64], config: &WelchConfig, rate: SampleRate) -> Option<Self> {
-        let segment = config.segment.min(drive.len() / (FEWEST_BLOCKS / 2 + 1)) & !1;
-        if segment < SHORTEST {
-            return None;
+        let mut sums = BlockSums::new(drive.len(), config, rate)?;
+        for (drive, response) in drive.chunks(PART).zip(response.chunks(PART)) {
+            sums.add(drive, response);
         }
-        let hop = segment / 2;
-        let count = (drive.len() - segment) / hop + 1;
-        let in_block = count.div_ceil(MOST_BLOCKS);
-        let blocks = count / in_block;
-        if blocks < FEWEST_BLOCKS {
-            return None;
-        }
-        let window: Vec<f64> = (0..segment)
-            .map(|i| hann(i as f64 / segment as f64))
-            .collect();
-        let mut transform = RealTransform::new(segment);
-        let mut lines_of = |samples: &[f64]| {
-            let about = mean(samples);
-            let windowed: Vec<f64> = samples
-                .iter()
-                .zip(&window)
-                .map(|(v, w)| (v - about) * w)
-                .collect();
-            transform.forward(&windowed)
-        };
-        let all = segment / 2 + 1;
-        let mut found = Self {
-            segment,
-            span: segment + (in_block - 1) * hop,
-            rate,
-            at: Vec::with_capacity(blocks),
-            cross: Vec::with_capacity(blocks),
-            drive: Vec::with_capacity(blocks),
-            drive_power: vec![0.0; all],
-            response_power: vec![0.0; all],
-            lines: Vec::new(),
-        };
-        for block in 0..blocks {
-            let mut cross = vec![Complex::default(); all];
-            let mut power = vec![0.0; all];
-            for k in 0..in_block {
-                let from = (block * in_block + k) * hop;
-                let x = lines_of(&drive[from..from + segment]);
-                let y = lines_of(&response[from..from + segment]);
-                for line in 0..all {
-                    cross[line] += x[line].conj() * y[line];
-                    power[line] += x[line].norm_sqr();
-                    found.response_power[line] += y[line].norm_sqr();
-                }
-            }
-            for (sum, power) in found.drive_power.iter_mut().zip(&power) {
-                *sum += power;
-            }
-            let from = (block * in_block * hop) as f64;
-            found.at.push(from + 0.5 * found.span as f64);
-            found.cross.push(cross);
-            found.drive.push(power);
-        }
-        let strongest = found.drive_power.iter().copied().fold(0.0, f64::max);
-        // The window's leakage about 0 Hz, and the real line at the end.
-        found.lines = (2..all - 1)
-            .filter(|line| found.drive_power[*line] > EXCITED * strongest)
-            .collect();
-        (found.lines.len() >= FEWEST_LINES).then_some(found)
+        sums.blocks()
     }
 
     /// The phase shift of a line by a delay of one sample, rad.
@@ -323,7 +408,7 @@ impl Blocks {
     }
 
     /// How the delay changes over the recording, where it can be followed.
-    fn course(&self) -> Option<Drifting> {
+    pub(super) fn course(&self) -> Option<Drifting> {
         let rules = rules(self.rate);
         let tracked = self.tracked()?;
         let first = Course::of(&tracked, &rules)?;

@@ -322,6 +322,15 @@ impl CrossPlan {
                 _ => {}
             }
         }
+        self.spectra(averages)
+    }
+
+    /// The spectra of what was summed over so many segments.
+    fn spectra<I: Quantity, O: Quantity>(
+        &self,
+        averages: usize,
+    ) -> Result<CrossSpectra<I, O>, EstimateError> {
+        let n = self.segment;
         let scale = self.scale / averages as f64;
         let Folded {
             xx: mut drive_power,
@@ -345,6 +354,78 @@ impl CrossPlan {
             line_correlation: self.line_correlation,
             quantities: PhantomData,
         })
+    }
+}
+
+/// Cross-spectra of two signals that come part by part: those of the whole signals, bit for bit.
+#[derive(Debug)]
+pub(super) struct CrossInParts {
+    plan: CrossPlan,
+    held: [Vec<f64>; 2],
+    /// A segment that counts and has no other beside it yet.
+    alone: Option<[Vec<f64>; 2]>,
+    /// The sample with which the next segment begins.
+    next: usize,
+    averages: usize,
+}
+
+impl CrossInParts {
+    pub(super) fn new(config: &WelchConfig, rate: SampleRate) -> Result<Self, EstimateError> {
+        let mut plan = CrossPlan::new(config, rate)?;
+        plan.sums.clear();
+        Ok(Self {
+            plan,
+            held: [Vec::new(), Vec::new()],
+            alone: None,
+            next: 0,
+            averages: 0,
+        })
+    }
+
+    /// Takes the next samples of both, as many of each; only the segments for which `counts` is true are used.
+    pub(super) fn add(
+        &mut self,
+        drive: &[f64],
+        response: &[f64],
+        counts: &dyn Fn(&Range<usize>) -> bool,
+    ) {
+        self.held[0].extend_from_slice(drive);
+        self.held[1].extend_from_slice(response);
+        let (n, mut from) = (self.plan.segment, 0);
+        while let (Some(x), Some(y)) = (
+            self.held[0].get(from..from + n),
+            self.held[1].get(from..from + n),
+        ) {
+            if counts(&(self.next..self.next + n)) {
+                self.averages += 1;
+                match self.alone.take() {
+                    Some([a, b]) => self.plan.sums.add_pair([&a, x], [&b, y]),
+                    None => self.alone = Some([x.to_vec(), y.to_vec()]),
+                }
+            }
+            from += self.plan.hop;
+            self.next += self.plan.hop;
+        }
+        for held in &mut self.held {
+            held.drain(..from);
+        }
+    }
+
+    /// The spectra of all `samples`.
+    pub(super) fn spectra<I: Quantity, O: Quantity>(
+        mut self,
+        samples: usize,
+    ) -> Result<CrossSpectra<I, O>, EstimateError> {
+        if let Some([x, y]) = &self.alone {
+            self.plan.sums.add_single(x, y);
+        }
+        match self.averages {
+            0 => Err(EstimateError::TooShort {
+                expected: self.plan.segment,
+                found: samples,
+            }),
+            averages => self.plan.spectra(averages),
+        }
     }
 }
 
