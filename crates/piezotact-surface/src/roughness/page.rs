@@ -62,13 +62,17 @@ impl Shown for EvaluatedSurface {
             Roughness::Profile(roughness) => profile_figures(roughness),
             Roughness::Map(roughness) => map_figures(roughness),
         });
-        page.sections.extend(self.lines.as_ref().map(line_section));
         let note = "A dash means that the parameter has no value for this surface. If a warning above concerns it, it gives the reason.";
         let all = [self.parameters_table().into(), Block::note(note)];
-        let page = page.section("All parameters", all);
+        let mut page = page.section("All parameters", all);
         match &self.roughness {
             Roughness::Profile(roughness) => page.rows(roughness.points_table()),
-            Roughness::Map(_) => page,
+            Roughness::Map(roughness) => {
+                let texture = roughness.texture.as_ref().map(texture_section);
+                let lines = self.lines.as_ref().map(line_section);
+                page.sections.extend(texture.into_iter().chain(lines));
+                page
+            }
         }
     }
 }
@@ -274,7 +278,6 @@ fn map_figures(r: &ArealRoughness) -> Vec<Section> {
         ),
     ];
     sections.extend(distribution(map.heights_m()));
-    sections.extend(r.texture.as_ref().map(texture_section));
     sections
 }
 
