@@ -462,7 +462,7 @@ fn inverted_textures_are_declared_with_the_sample_they_are_expected_as() {
                     .stimuli
                     .iter()
                     .find(|one| one.name == of("presented"));
-                [source.to_owned(), made.unwrap().expected.clone()]
+                [source.to_owned(), made.unwrap().expected().to_owned()]
             }
             None => [String::new(), String::new()],
         };

@@ -9,8 +9,9 @@ use super::autocorrelation::Correlogram;
 use piezotact::criterion::{Criterion, Limit, Outcome};
 use piezotact::statistics::standard_deviation;
 
-/// The autocorrelation one and two periods away, and how far it falls in between, of what repeats itself. Of 5000 lines of random
-/// waves without a period, 1 % reach all three.
+/// The autocorrelation one and two periods away, and how far it falls in between, of what repeats itself.
+///
+/// Source: docs/decisions/roughness.md.
 const LEAST: f64 = 0.5;
 /// Maxima of the autocorrelation that are this share of the highest are neighbours of the same kind.
 const ALIKE: f64 = 0.8;
