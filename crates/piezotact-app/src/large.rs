@@ -12,7 +12,7 @@ use crate::failure::Outcome;
 use crate::progress::{Words, Work};
 use crate::reading::{drive_limit, options_of};
 
-/// A recording whose samples take more is read part by part, bytes. The guide and docs/decisions/files.md state it.
+/// A recording whose samples take more is read part by part, bytes. The guide and docs/decisions/files-of-others.md state it.
 pub(crate) const LARGE_BYTES: u64 = 256 << 20;
 /// What the samples of a part take, bytes.
 const PART_BYTES: usize = 32 << 20;

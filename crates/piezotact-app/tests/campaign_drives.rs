@@ -325,7 +325,7 @@ fn stimuli_are_made_by_manipulate_and_prepare_and_copies_of_one_drive_are_refuse
     let parts = [
         "S8 increment -22: expected a drive of its own in",
         "S8_increment_-22.wav, found that of S8 in",
-        "make both by `piezotact prepare --protocol`",
+        "prepare both again as the protocol states them",
     ];
     assert!(
         faults.len() == 1 && parts.iter().all(|part| faults[0].contains(part)),

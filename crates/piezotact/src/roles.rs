@@ -158,6 +158,8 @@ const OF_FORCE: [&str; 27] = [
 /// Whether the name of a channel, without the structure that it stands in, says that it is a force and nothing else about it: `fz`,
 /// `AI 2 Fz`, `rec.fz`, `Normalkraft`, `load`; not `force raw`.
 ///
+/// Source: docs/guide/files.md, what laboratories call their channels.
+///
 /// ```
 /// use piezotact::roles::is_force_name;
 /// assert!(["rec.fz", "AI 2 Fz", "Reibkraft", "F_z"].iter().all(|name| is_force_name(name)));

@@ -265,6 +265,8 @@ pub fn stimuli_not_ready<'a>(
 }
 
 /// What `drive` states otherwise than `played`, the same samples when they were measured; `None` where they state the same.
+///
+/// Source: docs/decisions/campaigns.md.
 #[must_use]
 pub fn changed_since(played: &Rendered, drive: &Rendered) -> Option<String> {
     let lineage = |one: &Rendered| {

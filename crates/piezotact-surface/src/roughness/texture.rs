@@ -377,9 +377,12 @@ impl Correlogram {
     /// The value at a whole lag in columns and rows; `None` beyond the lags.
     fn at(&self, (x, y): (i64, i64)) -> Option<f64> {
         let (reach_y, reach_x) = (self.most.0 as i64, self.most.1 as i64);
-        let within = x.abs() <= reach_x && y.abs() <= reach_y;
-        let at = (y + reach_y) * (2 * reach_x + 1) + x + reach_x;
-        within.then(|| self.values.get(usize::try_from(at).ok()?).copied())?
+        // Steps of a map can differ by any factor, so that lags do.
+        let within = (-reach_x..=reach_x).contains(&x) && (-reach_y..=reach_y).contains(&y);
+        within.then(|| {
+            let at = (y + reach_y) * (2 * reach_x + 1) + x + reach_x;
+            self.values.get(usize::try_from(at).ok()?).copied()
+        })?
     }
 
     /// The value at a lag in m, between those of the grid.
@@ -388,7 +391,13 @@ impl Correlogram {
         let (left, low) = (x.floor(), y.floor());
         let (right_share, high_share) = (x - left, y - low);
         let corner = |dx: i64, dy: i64, share: f64| match share > 0.0 {
-            true => Some(share * self.at((left as i64 + dx, low as i64 + dy))?),
+            true => {
+                let lag = (
+                    (left as i64).saturating_add(dx),
+                    (low as i64).saturating_add(dy),
+                );
+                Some(share * self.at(lag)?)
+            }
             false => Some(0.0),
         };
         Some(

@@ -114,7 +114,7 @@ pub(crate) struct Broken {
     /// The response is the drive once more.
     pub(super) copied: Option<Copy>,
     /// The response is dead while the drive goes on.
-    dead: Option<SignalWarning>,
+    dead: Option<Dead>,
     /// Lines of the mains in the response.
     hum: Option<Hum>,
     /// The shares of drive and response at a limit, 0–1; 0 for what is limited on purpose.
@@ -162,7 +162,8 @@ impl Broken {
                 off_db: None,
             },
         });
-        let (dead, beyond) = (self.dead.clone(), self.beyond.clone());
+        let dead = self.dead.map(|dead| dead.warning(pair.response_name));
+        let beyond = self.beyond.clone();
         let all = [copied, dead, hum, response_clipped, drive_clipped, beyond];
         all.into_iter().flatten().map(Warning::from).collect()
     }
@@ -219,19 +220,13 @@ impl BrokenInParts {
         self.parts += 1;
         self.copied = (broken.copied)
             .filter(|copy| is_first || self.copied.is_some_and(|first| first.later == copy.later));
-        if let Some(SignalWarning::Channel {
-            fault:
-                ChannelFault::DeadWhileDriven {
-                    count,
-                    longest_s,
-                    share,
-                    ..
-                },
-            ..
-        }) = broken.dead
-        {
+        if let Some(dead) = broken.dead {
             let (all, longest, lost) = self.dead;
-            self.dead = (all + count, longest.max(longest_s), lost + share * power);
+            self.dead = (
+                all + dead.count,
+                longest.max(dead.longest_s),
+                lost + dead.share * power,
+            );
         }
         self.hums.extend(broken.hum);
     }
@@ -240,16 +235,12 @@ impl BrokenInParts {
     pub(crate) fn broken(mut self, pair: &Pair<'_>, clipped: [f64; 2]) -> Broken {
         let (count, longest_s, lost) = self.dead;
         let share = lost / self.power.max(f64::MIN_POSITIVE);
-        let low_db = low_db(share);
-        let dead = (count > 0 && low_db >= LEAST_LOW_DB).then(|| SignalWarning::Channel {
-            channel: pair.response_name.into(),
-            fault: ChannelFault::DeadWhileDriven {
-                count,
-                longest_s,
-                share,
-                low_db,
-            },
-        });
+        let dead = Dead {
+            count,
+            longest_s,
+            share,
+        };
+        let dead = (count > 0).then_some(dead).filter(Dead::lowers);
         let hum = (2 * self.hums.len() > self.parts).then(|| {
             self.hums.sort_by(|a, b| a.share.total_cmp(&b.share));
             self.hums.swap_remove(self.hums.len() / 2)
@@ -336,13 +327,40 @@ impl Beyond {
 /// the drive anyway.
 const LEAST_LOW_DB: f64 = 0.1;
 
-/// How far a transfer function is lowered where the response is dead for this share of the drive's power, dB.
-fn low_db(share: f64) -> f64 {
-    -20.0 * (1.0 - share).max(1e-3).log10()
+/// A response that is dead while the drive goes on: so many stretches, the longest in s, and their share of the drive's power.
+#[derive(Clone, Copy, Debug)]
+struct Dead {
+    count: usize,
+    longest_s: f64,
+    share: f64,
 }
 
-/// The warning about a response that is dead while the drive goes on.
-fn dead(pair: &Pair<'_>) -> Option<SignalWarning> {
+impl Dead {
+    /// How far a transfer function is lowered, dB.
+    fn low_db(&self) -> f64 {
+        -20.0 * (1.0 - self.share).max(1e-3).log10()
+    }
+
+    /// Whether it lowers a transfer function by what is reported.
+    fn lowers(&self) -> bool {
+        self.low_db() >= LEAST_LOW_DB
+    }
+
+    fn warning(self, response_name: &str) -> SignalWarning {
+        SignalWarning::Channel {
+            channel: response_name.into(),
+            fault: ChannelFault::DeadWhileDriven {
+                count: self.count,
+                longest_s: self.longest_s,
+                share: self.share,
+                low_db: self.low_db(),
+            },
+        }
+    }
+}
+
+/// Where a response is dead while the drive goes on.
+fn dead(pair: &Pair<'_>) -> Option<Dead> {
     let (drive, response, rate) = (pair.drive, pair.response, pair.rate);
     let usual = Usual::of(response, rate);
     let known = inspect_samples(response, rate, &Unit::MetrePerSecondSquared);
@@ -366,14 +384,10 @@ fn dead(pair: &Pair<'_>) -> Option<SignalWarning> {
         .sum::<f64>()
         / all;
     let longest = spans.iter().map(|span| span.len()).max()?;
-    let low_db = low_db(share);
-    (low_db >= LEAST_LOW_DB).then(|| SignalWarning::Channel {
-        channel: pair.response_name.into(),
-        fault: ChannelFault::DeadWhileDriven {
-            count: spans.len(),
-            longest_s: rate.duration_of(longest).0,
-            share,
-            low_db,
-        },
-    })
+    let dead = Dead {
+        count: spans.len(),
+        longest_s: rate.duration_of(longest).0,
+        share,
+    };
+    dead.lowers().then_some(dead)
 }

@@ -132,7 +132,27 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         protocol.as_ref(),
     )?;
     let drives = Drives::of(args, &textures, &function, bench)?;
-    let mut found = PreparedDrives {
+    let mut found = begun(args, &textures, &drives, &failures);
+    #[cfg(feature = "study")]
+    let pseudonym = textures.pseudonym.clone();
+    found.textures = drives.prepared(textures)?;
+    let found = found.concluded();
+    #[cfg(feature = "study")]
+    if let Some(protocol) = &protocol {
+        let found = protocol.prepared(args, &pseudonym, found)?;
+        return delivered(args, &found, &found.drives.sentence, &failures);
+    }
+    delivered(args, &found, &found.sentence, &failures)
+}
+
+/// What is prepared, before anything is.
+fn begun(
+    args: &Arguments,
+    textures: &Textures,
+    drives: &Drives,
+    failures: &Failures,
+) -> PreparedDrives {
+    PreparedDrives {
         participant: textures.participant.clone(),
         transfer: crate::report::name(&args.transfer),
         bench: drives.bench_name.clone(),
@@ -149,17 +169,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         textures: Vec::new(),
         failed: failures.files().to_vec(),
         warnings: Warnings::default(),
-    };
-    #[cfg(feature = "study")]
-    let pseudonym = textures.pseudonym.clone();
-    found.textures = drives.prepared(textures)?;
-    let found = found.concluded();
-    #[cfg(feature = "study")]
-    if let Some(protocol) = &protocol {
-        let found = protocol.prepared(args, &pseudonym, found)?;
-        return delivered(args, &found, &found.drives.sentence, &failures);
     }
-    delivered(args, &found, &found.sentence, &failures)
 }
 
 /// Hands out what was prepared, and says what failed or was interrupted before the verdict.

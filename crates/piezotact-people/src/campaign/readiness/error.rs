@@ -53,7 +53,7 @@ pub enum NotReady {
     Measured { stimulus: String },
     /// The drive of another stimulus.
     #[error(
-        "{stimulus}: expected a drive of its own in {file}, found that of {other} in {other_file}; make both by `piezotact prepare --protocol`"
+        "{stimulus}: expected a drive of its own in {file}, found that of {other} in {other_file}; prepare both again as the protocol states them"
     )]
     SameDrive {
         stimulus: String,
@@ -66,7 +66,7 @@ pub enum NotReady {
     },
     /// A drive that was not made as the protocol states it.
     #[error(
-        "{stimulus}: expected {expected}, found {found} by {seen_in}; make it again by `piezotact prepare --protocol`"
+        "{stimulus}: expected {expected}, found {found} by {seen_in}; prepare it again as the protocol states it"
     )]
     Made {
         stimulus: String,

@@ -319,6 +319,9 @@ fn ready(
     for line in merged(&missing) {
         say(&format!("not ready: {line}"));
     }
+    if missing.iter().any(|one| one.stimulus().is_some()) {
+        say("drives are made by: piezotact prepare --protocol PROTOCOL.toml STROKES…");
+    }
     match args.leading.rehearsal {
         true => Ok(()),
         false => Err(Failure::Data(anyhow!(
