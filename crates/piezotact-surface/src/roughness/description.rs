@@ -5,7 +5,7 @@ use super::{
     ProfileStandard, Roughness, Texture, TextureKind,
 };
 use piezotact::criterion::Outcome;
-use piezotact::number::digits_that_count;
+use piezotact::number::{digits_that_count, signed};
 
 /// The unit that a length of this size, m, is read in, and how many of it make a metre.
 ///
@@ -121,17 +121,18 @@ impl Texture {
             TextureKind::Dots | TextureKind::Ridges => "height",
         };
         let dots = found.dots.map_or_else(String::new, |(count, spread_m)| {
-            format!(
-                " ({count} whole {}, standard deviation {})",
-                found.kind,
-                length_text(spread_m)
-            )
+            // Equal ones differ by rounding.
+            let spread = match spread_m > 1e-6 * found.width_m {
+                true => format!("standard deviation {}", length_text(spread_m)),
+                false => "all alike".into(),
+            };
+            format!(" ({count} whole {}, {spread})", found.kind)
         });
         format!(
-            "Texture of {}: period {}{second} ({:.1}° from x), {height} {}, {what} at half of it {}{dots}.",
+            "Texture of {}: period {}{second} ({}° from x), {height} {}, {what} at half of it {}{dots}.",
             found.kind,
             length_text(found.period_m),
-            found.direction_deg,
+            signed(found.direction_deg, 1),
             length_text(found.height_m),
             length_text(found.width_m)
         )
