@@ -228,7 +228,7 @@ const USUAL: [(&str, &[&str]); 26] = [
         "roughness",
         &[
             "standard", "cutoff", "filter", "form", "along", "x-unit", "z-unit", "csv", "report",
-            "json", "figures",
+            "json",
         ],
     ),
     (
