@@ -329,9 +329,17 @@ fn elements<'m>(value: &'m MatValue, field: &str) -> Vec<Option<&'m MatValue>> {
     }
 }
 
+/// The one value of a list of one.
+fn alone(value: &MatValue) -> &MatValue {
+    match value {
+        MatValue::Cell { values, .. } if values.len() == 1 => &values[0],
+        _ => value,
+    }
+}
+
 /// A text, or a number as text.
 fn text_of(value: Option<&MatValue>) -> Option<String> {
-    let value = value?;
+    let value = alone(value?);
     match (value.text(), value.scalar()) {
         (Some(text), _) if !text.is_empty() => Some(text.to_owned()),
         (_, Some(number)) => Some(number.to_string()),
@@ -360,7 +368,7 @@ fn events_of(path: &Path, fields: &Fields<'_>, rate: SampleRate) -> Result<Event
     for (k, latency) in latencies.into_iter().enumerate() {
         let kind = text_of(kinds.get(k).copied().flatten()).unwrap_or_else(|| "event".into());
         let latency = latency
-            .and_then(MatValue::scalar)
+            .and_then(|latency| alone(latency).scalar())
             .filter(|at| at.is_finite());
         let Some(latency) = latency.filter(|at| at.abs() < 1e15) else {
             without += 1;
@@ -370,7 +378,7 @@ fn events_of(path: &Path, fields: &Fields<'_>, rate: SampleRate) -> Result<Event
             .get(k)
             .copied()
             .flatten()
-            .and_then(MatValue::scalar);
+            .and_then(|duration| alone(duration).scalar());
         let duration = duration.filter(|samples| samples.is_finite() && *samples >= 0.0);
         let is_boundary = kind == "boundary";
         // A boundary stands half a sample before the first one behind it.

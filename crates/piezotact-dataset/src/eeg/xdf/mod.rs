@@ -120,7 +120,12 @@ fn parse_xdf(path: &Path, bytes: &[u8]) -> Result<XdfFile, ReadError> {
             ),
         }));
         let nominal = stream.header.rate_hz;
-        let even = clock::without_jitter(&mut time_s, nominal, stream.header.spacing);
+        // Texts are events, which no rate orders.
+        let regular_hz = match &stream.values {
+            XdfValues::Texts(_) => 0.0,
+            XdfValues::Numbers(_) => nominal,
+        };
+        let even = clock::without_jitter(&mut time_s, regular_hz, stream.header.spacing);
         let effective = even.rate_hz;
         if let Some(rate_hz) = effective.filter(|hz| even.residual_s * hz > 0.5) {
             guessed(format!(

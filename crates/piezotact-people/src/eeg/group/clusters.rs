@@ -74,7 +74,7 @@ pub struct TaskClusters {
     /// The probability of the one that is least probable, after Holm over the pairs of tasks; 1 without a cluster.
     pub p_holm: f64,
     /// The largest of the probabilities of a cluster, of one of power itself, whatever the baselines, and of one of power less that in the
-    /// baseline (re the baseline of both tasks), which overlap it in the same direction: of the least probable such clusters, after Holm over
+    /// baseline (re the baseline of both tasks), which have half of its nodes in common with it, in the same direction: of the least probable such clusters, after Holm over
     /// the pairs of tasks; 1 without them.
     pub power_p_holm: f64,
     /// What was decided.
@@ -137,22 +137,25 @@ pub(super) fn clusters(
     Ok((found, warnings))
 }
 
-/// The largest probability of a cluster of changes and of one of each kind of power that shares a node and a sign with it: of the least
-/// probable such clusters; 1 without them.
-fn with_power(changes: &[Cluster], powers: &[Vec<Cluster>]) -> f64 {
-    let overlaps = |one: &Cluster, other: &Cluster| {
-        let mut nodes = one.nodes.iter();
-        one.mass * other.mass > 0.0 && nodes.any(|node| other.nodes.binary_search(node).is_ok())
-    };
-    let beside = |one: &Cluster, power: &[Cluster]| {
-        let own = power.iter().filter(|other| overlaps(one, other));
-        own.map(|other| other.p_value).fold(1.0, f64::min)
-    };
-    let largest = changes.iter().map(|one| {
-        let beside = powers.iter().map(|power| beside(one, power));
-        beside.fold(one.p_value, f64::max)
-    });
-    largest.fold(1.0, f64::min)
+/// The largest probability of a cluster of changes and of one of each kind of power that have a sign and nodes in common: of the least
+/// probable such three; 1 without them. In common are half of the nodes of the cluster of changes or more: a cluster of power elsewhere says
+/// nothing of it.
+fn with_power(changes: &[Cluster], [levels, steps]: &[Vec<Cluster>; 2]) -> f64 {
+    let mut least = 1.0_f64;
+    for one in changes {
+        let signed = |other: &&Cluster| one.mass * other.mass > 0.0;
+        for level in levels.iter().filter(signed) {
+            for step in steps.iter().filter(signed) {
+                let is_in = |of: &Cluster, node: &usize| of.nodes.binary_search(node).is_ok();
+                let common = one.nodes.iter();
+                let common = common.filter(|node| is_in(level, node) && is_in(step, node));
+                if 2 * common.count() >= one.nodes.len() {
+                    least = least.min(one.p_value.max(level.p_value).max(step.p_value));
+                }
+            }
+        }
+    }
+    least
 }
 
 /// A warning where the smallest possible p is above the level once it is adjusted over the pairs of tasks.

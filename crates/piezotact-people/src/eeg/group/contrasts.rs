@@ -11,7 +11,7 @@ use super::{
     TaskContrast,
 };
 use crate::eeg::EegWarning;
-use crate::eeg::contrast::paired;
+use crate::eeg::contrast::{Contrast, paired};
 use crate::eeg::erd::Mode;
 
 /// Differences of people scatter by a good part of their mean: beyond this they are hardly of different people.
@@ -178,7 +178,7 @@ fn criteria(one: &TaskContrast, config: &GroupConfig) -> Vec<Criterion<GroupCrit
     if let Some(reach) = config.margin {
         let (limit, unit) = (Limit::Within { reach }, unit_of(config.unit));
         let what = GroupCriterion::Alike { tasks, place };
-        all.push(match &one.contrast {
+        let mut alike = match &one.contrast {
             Some(found) => {
                 let difference = found.difference;
                 Criterion::new(
@@ -190,7 +190,13 @@ fn criteria(one: &TaskContrast, config: &GroupConfig) -> Vec<Criterion<GroupCrit
                 )
             }
             None => Criterion::unmeasured(what, unit, limit),
-        });
+        };
+        // Other baselines, or noise in one task, can hide a difference as they can make one.
+        let differs = |found: Contrast| found.difference.p_value <= LEVEL;
+        if alike.outcome == Outcome::Met && one.baseline.is_some_and(differs) {
+            alike.outcome = Outcome::NotDecided;
+        }
+        all.push(alike);
     }
     all
 }

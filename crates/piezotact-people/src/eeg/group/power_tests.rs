@@ -170,6 +170,43 @@ fn noise_in_one_task_alone_is_no_difference() {
     assert!(decided <= 3 && clusters <= 2, "{decided} {clusters}");
 }
 
+/// The second task desynchronises by 2 dB more, and background hides it.
+#[test]
+fn noise_in_one_task_makes_tasks_not_alike() {
+    let lower: Level = |t| if t < -0.1 { 0.0 } else { -4.0 };
+    let lowest: Level = |t| if t < -0.1 { 0.0 } else { -6.0 };
+    for (level, noise_v, expected) in [
+        (lower, 0.0, Outcome::Met),
+        (lowest, 4e-5, Outcome::NotDecided),
+    ] {
+        let mut documents = Vec::new();
+        for who in 0..PEOPLE {
+            let mut random = Random::stream(7, who, "background");
+            let other = epochs(&level, 900 + who);
+            let noisy = changed(&other, |_, volts| {
+                volts
+                    .iter_mut()
+                    .for_each(|v| *v += noise_v * random.normal());
+            });
+            for (task, made) in [("control", epochs(&lower, 700 + who)), ("natural", noisy)] {
+                documents.push(document(&format!("P{who:02}"), task, &made));
+            }
+        }
+        let config = GroupConfig {
+            unit: Mode::Decibels,
+            gradient: Vec::new(),
+            margin: Some(3.0),
+            neighbours_deg: 35.0,
+            flips: 64,
+            seed: 1,
+        };
+        let found = compare(&documents, &config).unwrap();
+        for one in &found.contrasts {
+            assert_eq!(one.within_margin(), Some(expected), "{noise_v}");
+        }
+    }
+}
+
 #[test]
 fn a_difference_of_windows_holds_as_often_as_before() {
     let lower: Level = |t| if t < -0.1 { 0.0 } else { -2.8 };
