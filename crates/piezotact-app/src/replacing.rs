@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use piezotact::invocation::{Invocation, Setting};
-use piezotact_dataset::sidecar::read_rendering;
+use piezotact_dataset::sidecar::{read_rendering, sidecar_path};
 use piezotact_dataset::{check_place, keep_as_it_is};
 
 use crate::arguments::{Arguments, OUTPUTS, OutputPath, output_of};
@@ -170,12 +170,15 @@ impl Writing {
         // A drive that was corrected on a bench is none that is rendered without one.
         let is_of_loop = self.command != "render"
             && (runs(path) || beside_sidecar(path).is_some_and(|file| runs(&file)));
-        let is_measured_in =
-            self.command == "prepare" && path.extension() == Some(OsStr::new("parquet"));
+        // What an earlier command prepared, or wrote beside it.
+        let is_prepared = self.command == "prepare"
+            && (path.extension() == Some(OsStr::new("parquet"))
+                || sidecar_path(path).is_file()
+                || beside_sidecar(path).is_some_and(|file| file.is_file()));
         // A drive that is corrected on a bench.
         let is_corrected = known == ["render", "out"] && self.existing == Existing::Refused;
         MEASURED.contains(&known)
-            || is_measured_in
+            || is_prepared
             || is_corrected
             || CONTINUED.contains(&known)
             || is_journal

@@ -6,6 +6,7 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 
 use crate::quantity::{Band, Measure};
+use crate::recording::Condition;
 
 /// The source of a texture and all operations on it, oldest first.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -14,6 +15,9 @@ use crate::quantity::{Band, Measure};
 pub struct Lineage {
     /// What it began with: a recording or a sample, as a person would name it.
     pub source: String,
+    /// The sample that was touched, where the source states it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sample: Option<String>,
     /// What was done, oldest first.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub steps: Vec<Step>,
@@ -237,7 +241,16 @@ impl Lineage {
     pub fn of(source: impl Into<String>) -> Self {
         Self {
             source: source.into(),
-            steps: Vec::new(),
+            ..Self::default()
+        }
+    }
+
+    /// The lineage of a texture of `condition` in the file called `source`, without any operation.
+    #[must_use]
+    pub fn of_recording(source: impl Into<String>, condition: &Condition) -> Self {
+        Self {
+            sample: condition.sample.clone(),
+            ..Self::of(source)
         }
     }
 

@@ -6,7 +6,7 @@ mod error;
 mod made;
 mod prepared;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 pub use error::NotReady;
 pub use made::before_rendering;
@@ -22,6 +22,7 @@ use piezotact::render::Rendering as Rendered;
 use piezotact::series::Series;
 use piezotact::transfer::AtRest;
 
+use super::chain::Sha;
 use super::plan::{Plan, Presented};
 use super::protocol::{Protocol, Rendering, TransferFunctionUse, When};
 
@@ -102,6 +103,8 @@ pub struct RenderingFacts {
     pub stimulus: String,
     /// The file of the drive.
     pub file: String,
+    /// The checksum of that file.
+    pub sha: Sha,
     /// The checksum of the samples of the drive.
     pub samples: Checksum,
     /// What the drive was made from, and how; `None` where nothing says it.
@@ -180,6 +183,8 @@ pub struct Known<'a> {
     pub renderings: &'a [RenderingFacts],
     /// The stimuli of which some files are there, with those that are not.
     pub incomplete: &'a [(String, String)],
+    /// The drives that this session played already: the checksums of their files, by stimulus.
+    pub played: &'a BTreeMap<String, Sha>,
     /// The earlier sessions of this participant.
     pub earlier: &'a [EarlierSession<'a>],
     /// Panels by name with their members.
@@ -260,7 +265,7 @@ pub fn stimuli_not_ready<'a>(
             }
         }
     }
-    found.extend(made::faults(protocol, &drives));
+    found.extend(made::faults(protocol, &drives, known.played));
     found
 }
 
@@ -273,11 +278,16 @@ pub fn changed_since(played: &Rendered, drive: &Rendered) -> Option<String> {
         let lineage = one.about.provenance.lineage.as_ref();
         lineage.map(before_rendering)
     };
+    let sample = |one: &Rendered| {
+        let lineage = one.about.provenance.lineage.as_ref();
+        lineage.and_then(|lineage| lineage.sample.clone())
+    };
     let person = |one: &Rendered| one.about.condition.participant.clone();
     let device = |one: &Rendered| one.setup.clone();
     let made_with = |one: &Rendered| one.about.provenance.made_with.clone();
     let changed = [
         ("level", (played.level_db - drive.level_db).abs() > 0.005),
+        ("sample", sample(played) != sample(drive)),
         ("lineage", lineage(played) != lineage(drive)),
         ("participant", person(played) != person(drive)),
         ("device or gain", device(played) != device(drive)),

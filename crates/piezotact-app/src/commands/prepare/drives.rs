@@ -150,19 +150,23 @@ impl<'a> Drives<'a> {
             say(&format!("{}:", texture.strokes.texture));
             if interrupted() {
                 let why = "interrupted before it was begun";
-                earlier.into_iter().try_for_each(Earlier::settle)?;
+                earlier.into_iter().try_for_each(Earlier::put_back)?;
                 all.push(Prepared::not_rendered(texture.strokes, target, why));
                 continue;
             }
             let rendered = job.done(&request);
             all.push(match rendered {
-                Ok(done) => measured(args, &self.finger, self.bench.as_mut(), texture, &done)?,
+                Ok(done) => {
+                    let found = measured(args, &self.finger, self.bench.as_mut(), texture, &done)?;
+                    earlier.into_iter().try_for_each(Earlier::settle)?;
+                    found
+                }
                 Err(Failure::Data(error) | Failure::Usage(error)) => {
+                    earlier.into_iter().try_for_each(Earlier::put_back)?;
                     Prepared::not_rendered(texture.strokes, target, &sentence(&error))
                 }
                 Err(other) => return Err(other),
             });
-            earlier.into_iter().try_for_each(Earlier::settle)?;
             preparing.one_more();
         }
         drop((preparing, between));

@@ -124,6 +124,12 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     let protocol = protocol.map(|protocol| Stimuli::of(protocol, &function));
     #[cfg(feature = "study")]
     let protocol = protocol.transpose()?;
+    #[cfg(feature = "study")]
+    if protocol.is_some() && args.level == LevelRule::Fit {
+        return Err(usage(anyhow!(
+            "expected one level for all stimuli of a protocol (--level common, or a level in dB), found fit, which changes the levels among them; give one of these"
+        )));
+    }
     let (textures, failures) = Textures::of(
         args,
         &function,

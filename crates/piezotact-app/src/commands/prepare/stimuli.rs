@@ -14,6 +14,7 @@ use piezotact::series::Series;
 use piezotact::statistics::peak;
 use piezotact::transfer::TransferFunction;
 use piezotact_bench::Bench;
+use piezotact_dataset::sidecar::read_rendering;
 use piezotact_dataset::{ReadOptions, read_recording};
 use piezotact_people::campaign::protocol::{Protocol, Stimulus, TransferFunctionUse};
 use piezotact_people::campaign::readiness::{
@@ -202,6 +203,7 @@ impl Stimuli {
         let known = readiness::Known {
             renderings: &there.facts,
             incomplete: &there.incomplete,
+            played: &BTreeMap::new(),
             earlier: &[],
             panels: &[],
             bench: here.as_ref(),
@@ -268,7 +270,7 @@ pub(super) fn held(
     let lineage = before_rendering(&texture.made.texture.lineage);
     let is_target = is_same(&target.series::<Acceleration>(None).ok()?, texture.series());
     let of_drive = open(&drive)?;
-    let rendering = of_drive.rendering?;
+    let rendering = read_rendering(&drive)?;
     let about = &rendering.about.provenance;
     let aim = args.mode.map(|mode| match mode {
         ModeName::Replicate => Mode::Replicate,
@@ -282,12 +284,8 @@ pub(super) fn held(
     let samples = of_drive.recording.series::<Drive>(None).ok()?;
     let measured = open(&record)?;
     let there = &measured.recording.about;
-    // A closed loop keeps the recording of its best drive with how that was rendered.
-    let is_played = match (measured.played, &measured.rendering) {
-        (Some(played), _) => played == Checksum::of(samples.samples().iter().copied()),
-        (None, Some(played)) => changed_since(played, &rendering).is_none(),
-        (None, None) => false,
-    };
+    let is_played = measured.played == Some(Checksum::of(samples.samples().iter().copied()))
+        && (measured.rendering.iter()).all(|played| changed_since(played, &rendering).is_none());
     let is_measured = is_played
         && there.provenance.bench == Some(*kind)
         && there.condition.person() == here.person()

@@ -4,10 +4,11 @@ use std::path::Path;
 
 use crate::advice::text;
 use crate::benches::BenchSpec;
+use piezotact::checksum::Checksum;
 use piezotact::correct::CorrectConfig;
 use piezotact::lineage::Mode;
 use piezotact::number::signed;
-use piezotact::quantity::Acceleration;
+use piezotact::quantity::{Acceleration, Drive};
 use piezotact::recording::About;
 use piezotact::run::RunStart;
 use piezotact::series::Series;
@@ -130,10 +131,15 @@ fn progress(iteration: &Iteration) -> String {
 }
 
 impl Corrected {
-    /// Writes what was recorded of the best drive.
-    pub(super) fn keep(&self, path: &Path, rendering: Rendering) -> Outcome {
+    /// Writes what was recorded of `drive`, the best one.
+    pub(super) fn keep(
+        &self,
+        path: &Path,
+        rendering: Rendering,
+        drive: &Series<Drive>,
+    ) -> Outcome {
         let recording = &self.looped.recording;
-        let mut journal = JournalWriter::create(path, self.start(rendering))?;
+        let mut journal = JournalWriter::create(path, self.start(rendering, drive))?;
         let samples: Vec<Vec<f64>> = recording
             .channels()
             .iter()
@@ -154,7 +160,7 @@ impl Corrected {
     }
 
     /// The start document of the recording of the best drive.
-    fn start(&self, rendering: Rendering) -> StartDocument {
+    fn start(&self, rendering: Rendering, drive: &Series<Drive>) -> StartDocument {
         let recording = &self.looped.recording;
         let channels = recording.channels().iter();
         let start = RunStart {
@@ -168,7 +174,7 @@ impl Corrected {
             annotations: recording.annotations.clone(),
             clocks: recording.stated_clocks(),
             setup: None,
-            drive: None,
+            drive: Some(Checksum::of(drive.samples().iter().copied())),
             expected_s: None,
         };
         StartDocument {

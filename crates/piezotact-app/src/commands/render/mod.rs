@@ -254,7 +254,7 @@ impl Job<'_> {
         write_drive(&self.out, &drive, args.drive_rate, rendering.clone())?;
         earlier.map_or(Ok(()), Earlier::settle)?;
         if let (Some(path), Some(corrected)) = (&self.record, &corrected) {
-            corrected.keep(path, rendering)?;
+            corrected.keep(path, rendering, &drive.drive)?;
         }
         Ok(Done {
             out: self.out.clone(),
@@ -297,7 +297,8 @@ impl Job<'_> {
         let step = format!("target {}", self.target.display());
         drive.about.provenance.steps.insert(0, step);
         let so_far = about.provenance.lineage.clone();
-        let so_far = so_far.unwrap_or_else(|| Lineage::of(name(self.target)));
+        let so_far = so_far
+            .unwrap_or_else(|| Lineage::of_recording(name(self.target), &about.condition));
         let lineage = lineage(so_far, &name(self.transfer), level_db, (&target, drive));
         drive.about.provenance.lineage = Some(lineage);
     }

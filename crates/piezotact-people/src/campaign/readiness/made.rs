@@ -1,9 +1,12 @@
 //! Whether the drive of each stimulus was made as the protocol states it: by its samples and its lineage, never by the name of its file.
 
+use std::collections::BTreeMap;
+
 use piezotact::lineage::{BandChange, Lineage, Operation};
 use piezotact::quantity::{Acceleration, Decibels};
 use piezotact::series::Series;
 
+use super::super::chain::Sha;
 use super::super::protocol::{Protocol, Stimulus};
 use super::{NotReady, RenderingFacts};
 
@@ -18,8 +21,12 @@ const SAME_WAVEFORM_SHARE: f64 = 1e-3;
 /// A difference: what the protocol states, what was found, and where.
 type Difference = (String, String, String);
 
-/// What is wrong with how the `drives` of a session were made.
-pub(super) fn faults(protocol: &Protocol, drives: &[&RenderingFacts]) -> Vec<NotReady> {
+/// What is wrong with how the `drives` of a session were made, which `played` those of these checksums before.
+pub(super) fn faults(
+    protocol: &Protocol,
+    drives: &[&RenderingFacts],
+    played: &BTreeMap<String, Sha>,
+) -> Vec<NotReady> {
     let found = drives.iter().enumerate().filter_map(|(i, facts)| {
         let made = protocol.stimulus(&facts.stimulus)?;
         let is_its_own = |other: &&&RenderingFacts| {
@@ -39,6 +46,7 @@ pub(super) fn faults(protocol: &Protocol, drives: &[&RenderingFacts]) -> Vec<Not
             made: &made,
             facts,
             drives,
+            played,
         };
         let (expected, found, seen_in) = compared.difference()?;
         Some(NotReady::Made {
@@ -57,6 +65,7 @@ struct Compared<'a> {
     made: &'a Stimulus,
     facts: &'a RenderingFacts,
     drives: &'a [&'a RenderingFacts],
+    played: &'a BTreeMap<String, Sha>,
 }
 
 impl Compared<'_> {
@@ -70,6 +79,8 @@ impl Compared<'_> {
             .or_else(|| self.stroke())
             .or_else(|| self.level_of_samples())
             .or_else(|| self.transfer_function())
+            .or_else(|| self.band())
+            .or_else(|| self.played_before())
             .or_else(|| self.measured_level())
     }
 
@@ -83,15 +94,22 @@ impl Compared<'_> {
         format!("the lineage of {}", self.facts.file)
     }
 
-    /// Another sample was touched.
+    /// Another sample was touched: by the target, or by the lineage of the drive.
     fn sample(&self) -> Option<Difference> {
-        let found = self.facts.sample.as_ref()?;
-        (*found != self.made.of).then(|| {
-            (
-                format!("a texture of {}", self.made.of),
-                format!("one of {found}"),
-                self.facts.target_file.clone(),
-            )
+        let facts = self.facts;
+        let of_drive = facts
+            .lineage
+            .as_ref()
+            .and_then(|one| one.sample.as_deref());
+        let stated = [
+            (facts.sample.as_deref(), facts.target_file.clone()),
+            (of_drive, self.lineage_of_drive()),
+        ];
+        let mut stated = stated.into_iter();
+        stated.find_map(|(found, seen_in)| {
+            let found = found.filter(|found| *found != self.made.of)?;
+            let expected = format!("a texture of {}", self.made.of);
+            Some((expected, format!("one of {found}"), seen_in))
         })
     }
 
@@ -131,8 +149,9 @@ impl Compared<'_> {
                 | Operation::Rendered { .. } => return None,
                 Operation::SpectrumOf { of, .. } => {
                     let stated = self.made.spectrum_of.as_ref();
-                    let is_stated = |sample: &&String| !self.is_of_another(&of.source, sample);
-                    let sample = stated.filter(is_stated).unwrap_or(&of.source);
+                    let is_stated = |sample: &&String| !self.is_of_another(of, sample);
+                    let other = || named(of);
+                    let sample = stated.filter(is_stated).cloned().unwrap_or_else(other);
                     format!("spectrum of {sample}")
                 }
                 Operation::Warped { ratio, .. } => format!("warp × {ratio}"),
@@ -153,18 +172,24 @@ impl Compared<'_> {
         (found != stated).then(|| (words(stated), words(found), self.lineage_of_drive()))
     }
 
-    /// The level that the lineage states. That of a rendering counts where the drive to compare with is there.
+    /// The level that the lineage states, with that of the rendering: relative to the level at which most drives are rendered.
     fn level(&self) -> Option<Difference> {
         let (made, facts) = (self.made, self.facts);
         let (sample, level_of, gain_db) = (made.of.as_str(), made.level_of(), made.gain_db());
         let nothing = Lineage::default();
         let lineage = facts.lineage.as_ref().unwrap_or(&nothing);
         let (of, by_db) = lineage.level();
-        let with_level = self.plain(level_of);
-        let rendered_db = with_level.map_or(0.0, |other| facts.level_db - other.level_db);
+        let without_stated = |other: &RenderingFacts| {
+            let stated = self.protocol.stimulus(&other.stimulus)?;
+            let by_db = other.lineage.as_ref().map_or(0.0, |one| one.level().1);
+            Some(other.level_db + by_db - stated.gain_db())
+        };
+        let is_one = |a: &f64, b: &f64| (a - b).abs() <= SAME_LEVEL_DB;
+        let (usual_db, like) = self.commonest(without_stated, is_one)?;
+        let rendered_db = facts.level_db - usual_db;
         let is_of_it = match of {
             None => level_of == sample,
-            Some(of) => !self.is_of_another(&of.source, level_of),
+            Some(of) => !self.is_of_another(of, level_of),
         };
         let is_its_own = of.is_none_or(|of| level_of != sample || of.source == lineage.source);
         if is_of_it && is_its_own && (by_db + rendered_db - gain_db).abs() <= SAME_LEVEL_DB {
@@ -172,10 +197,10 @@ impl Compared<'_> {
         }
         let mut found = match of {
             None => words("its own level", by_db),
-            Some(of) => words(&format!("the level of {}", of.source), by_db),
+            Some(of) => words(&format!("the level of {}", named(of)), by_db),
         };
         if rendered_db.abs() > SAME_LEVEL_DB {
-            found += &format!(", rendered {rendered_db:+.3} dB re {level_of}");
+            found += &format!(", rendered {rendered_db:+.3} dB re {}", like.file);
         }
         Some((self.stated_level(), found, self.lineage_of_drive()))
     }
@@ -242,22 +267,65 @@ impl Compared<'_> {
     fn transfer_function(&self) -> Option<Difference> {
         let own = self.facts.made_with.first()?;
         let whose = self.protocol.transfer_function_of(self.made);
-        let first = self.drives.iter().find(|other| {
-            let made = self.protocol.stimulus(&other.stimulus);
-            let is_alike =
-                made.is_some_and(|made| self.protocol.transfer_function_of(&made) == whose);
-            is_alike && !other.made_with.is_empty()
-        })?;
-        (first.made_with.first() != Some(own)).then(|| {
+        let of_alike = |other: &RenderingFacts| {
+            let made = self.protocol.stimulus(&other.stimulus)?;
+            let is_alike = self.protocol.transfer_function_of(&made) == whose;
+            other.made_with.first().filter(|_| is_alike).copied()
+        };
+        let (usual, like) = self.commonest(of_alike, PartialEq::eq)?;
+        (usual != *own).then(|| {
             (
-                format!(
-                    "the transfer function that {} was rendered with",
-                    first.file
-                ),
+                format!("the transfer function that {} was rendered with", like.file),
                 "another one".to_owned(),
                 format!("the checksum in {}", self.facts.file),
             )
         })
+    }
+
+    /// All drives are rendered in one band.
+    fn band(&self) -> Option<Difference> {
+        let band_of = |other: &RenderingFacts| {
+            let mut steps = other.lineage.as_ref()?.steps.iter().rev();
+            steps.find_map(|step| match step.operation {
+                Operation::Rendered { band_hz, .. } => Some(band_hz),
+                _ => None,
+            })
+        };
+        let (own, (usual, like)) = band_of(self.facts).zip(self.commonest(band_of, PartialEq::eq))?;
+        (usual != own).then(|| {
+            (
+                format!("a drive over {usual} as {}", like.file),
+                format!("one over {own}"),
+                self.lineage_of_drive(),
+            )
+        })
+    }
+
+    /// A session plays one drive of a stimulus from its first trial to its last.
+    fn played_before(&self) -> Option<Difference> {
+        let facts = self.facts;
+        let before = self.played.get(&facts.stimulus)?;
+        (*before != facts.sha).then(|| {
+            (
+                "the drive that this session played before, which it keeps (leave out --drives)".to_owned(),
+                "another one".to_owned(),
+                format!("the checksum of {}", facts.file),
+            )
+        })
+    }
+
+    /// What most drives have in common by `of`, and the first that has it.
+    fn commonest<T>(
+        &self,
+        of: impl Fn(&RenderingFacts) -> Option<T>,
+        is_one: impl Fn(&T, &T) -> bool,
+    ) -> Option<(T, &RenderingFacts)> {
+        let of_each = self.drives.iter().filter_map(|one| Some((of(one)?, *one)));
+        let mut of_each: Vec<_> = of_each.collect();
+        let alike = |value: &T| of_each.iter().filter(|(other, _)| is_one(value, other)).count();
+        let most = of_each.iter().map(|(value, _)| alike(value)).max()?;
+        let first = of_each.iter().position(|(value, _)| alike(value) == most)?;
+        Some(of_each.swap_remove(first))
     }
 
     /// The level that was to be reached, as it was measured on the bench.
@@ -273,14 +341,26 @@ impl Compared<'_> {
         })
     }
 
-    /// Whether the recording called `source` is known to be one of another sample than `sample`: by the drives of plain samples.
-    fn is_of_another(&self, source: &str, sample: &str) -> bool {
+    /// Whether the texture of the lineage `of` is known to be one of another sample than `sample`: as it states, or by the drives of plain
+    /// samples.
+    fn is_of_another(&self, of: &Lineage, sample: &str) -> bool {
+        if let Some(stated) = &of.sample {
+            return stated != sample;
+        }
         let of_source = |one: &&&RenderingFacts| {
             let lineage = one.lineage.as_ref();
-            lineage.is_some_and(|lineage| lineage.source == source && !lineage.is_manipulated())
+            lineage.is_some_and(|lineage| lineage.source == of.source && !lineage.is_manipulated())
         };
         let mut known = self.drives.iter().filter(of_source).peekable();
         known.peek().is_some() && known.all(|one| one.stimulus != sample)
+    }
+}
+
+/// A texture by its source, with its sample where that is stated.
+fn named(of: &Lineage) -> String {
+    match &of.sample {
+        Some(sample) => format!("{} ({sample})", of.source),
+        None => of.source.clone(),
     }
 }
 

@@ -54,6 +54,7 @@ fn fits(protocol: &Protocol, plan: &Plan) -> Vec<RenderingFacts> {
     let facts = |(i, stimulus): (usize, &str)| RenderingFacts {
         stimulus: stimulus.to_owned(),
         file: format!("drives/{stimulus}.wav"),
+        sha: Sha::of(stimulus.as_bytes()),
         samples: Checksum::of([i as f64]),
         lineage: None,
         sample: protocol.sample_of(stimulus).map(str::to_owned),
@@ -84,6 +85,7 @@ fn found(protocol: &Protocol, plan: &Plan, drives: &[RenderingFacts], hours: i64
     let known = Known {
         renderings: drives,
         incomplete: &[],
+        played: &BTreeMap::new(),
         earlier: &earlier,
         panels: &[],
         bench: None,
@@ -116,6 +118,7 @@ fn a_session_with_everything_begins_and_each_thing_that_is_wrong_is_said() {
     let known = Known {
         renderings: &[],
         incomplete: &incomplete,
+        played: &BTreeMap::new(),
         earlier: &[],
         panels: &[],
         bench: None,
@@ -174,6 +177,7 @@ fn the_second_session_waits_for_the_first_and_for_another_day() {
     let known = Known {
         renderings: &drives,
         incomplete: &[],
+        played: &BTreeMap::new(),
         earlier: &[],
         panels: &[],
         bench: None,
@@ -204,7 +208,8 @@ fn panels_that_must_not_overlap_are_stated_and_looked_up() {
         let known = Known {
             renderings: &[],
             incomplete: &[],
-            earlier: &[],
+            played: &BTreeMap::new(),
+        earlier: &[],
             panels,
             bench: None,
             sensor: None,
@@ -253,6 +258,7 @@ fn found_on(bench: &BenchNow, change: &dyn Fn(&mut RenderingFacts)) -> Vec<NotRe
     let known = Known {
         renderings: &drives,
         incomplete: &[],
+        played: &BTreeMap::new(),
         earlier: &earlier,
         panels: &[],
         bench: Some(bench),
@@ -403,7 +409,8 @@ fn a_sensor_that_does_not_read_as_it_did_is_not_ready() {
         let known = Known {
             renderings: &drives,
             incomplete: &[],
-            earlier: &earlier,
+            played: &BTreeMap::new(),
+        earlier: &earlier,
             panels: &[],
             bench: Some(&on(kind, Some("P01"))),
             sensor: Some(&sensor),

@@ -12,7 +12,7 @@ use piezotact::recording::{Recording, StartTime};
 use piezotact::render::Rendering;
 use piezotact_bench::procedure::faults_of_prepared;
 use piezotact_bench::{Bench, DeviceError};
-use piezotact_dataset::sidecar::sidecar_path;
+use piezotact_dataset::sidecar::{read_rendering, sidecar_path};
 use piezotact_dataset::{Contents, ReadOptions, keep_before, read_input, read_recording};
 use piezotact_people::campaign::chain::Sha;
 use piezotact_people::campaign::protocol::Protocol;
@@ -137,9 +137,9 @@ impl Drives {
             |error: anyhow::Error| Failure::Data(error.context(drive.display().to_string()));
         let series = recording.series::<Drive>(None);
         let series = series.map_err(|error| of_drive(error.into()))?;
-        let Some(rendering) = rendering else {
+        let Some(rendering) = rendering.filter(|_| read_rendering(drive).is_some()) else {
             return Err(of_drive(anyhow!(
-                "expected a drive that says how it was rendered, found none; render it with piezotact"
+                "expected a drive with a sidecar that states how it was rendered and the checksum of its samples, found none; render it with piezotact"
             )));
         };
         let wanted = read_recording(target, &ReadOptions::default())?;
@@ -154,6 +154,7 @@ impl Drives {
             _ => MeasuredDrive::Another,
         };
         let verification = verified(target, measured, band)?;
+        let sha = Sha::of(&read_input(drive)?);
         let sample = wanted.recording.about.condition.sample.as_deref();
         // The plain texture of a sample has its name.
         let sample = sample.map(
@@ -174,6 +175,7 @@ impl Drives {
         self.facts.push(RenderingFacts {
             stimulus: stimulus.to_owned(),
             file: drive.display().to_string(),
+            sha,
             samples: of_series,
             lineage: rendering.about.provenance.lineage.clone(),
             sample: sample.map(str::to_owned),
@@ -199,7 +201,7 @@ impl Drives {
         self.ready.insert(
             stimulus.to_owned(),
             PreparedDrive {
-                sha: Sha::of(&read_input(drive)?),
+                sha,
                 drive: series,
                 setup,
                 texture: samples_of_target,

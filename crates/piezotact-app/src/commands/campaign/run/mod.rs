@@ -9,6 +9,7 @@ mod typed;
 mod words;
 
 use piezotact_study::session::RunError;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, anyhow};
@@ -21,7 +22,7 @@ use piezotact::transfer::{TransferFunction, at_rest};
 use piezotact_bench::procedure::RunKeeper;
 use piezotact_bench::{Bench, RunPlan};
 use piezotact_dataset::{JournalSink, read_transfer};
-use piezotact_people::campaign::chain::Salt;
+use piezotact_people::campaign::chain::{Salt, Sha};
 use piezotact_people::campaign::plan::Plan;
 use piezotact_people::campaign::protocol::Playing;
 use piezotact_people::campaign::readiness::{
@@ -165,7 +166,8 @@ pub(crate) fn lead(args: &Arguments, front: &mut dyn Front) -> Outcome {
         &folder,
         given,
     )?;
-    let begun = begun(&study, &plan)?;
+    let before = begun(&study, &plan)?;
+    let is_begun = before.is_some();
     let mut bench = args
         .leading
         .bench
@@ -177,9 +179,9 @@ pub(crate) fn lead(args: &Arguments, front: &mut dyn Front) -> Outcome {
     }
     let here = bench.as_ref().map(|bench| bench_now(&drives, bench));
     let here = here.filter(|_| !stimuli_of(&plan).is_empty());
-    ready((&study, &plan), &drives, args, begun, here.as_ref())?;
+    ready((&study, &plan), &drives, args, before, here.as_ref())?;
     let _alone = study.store.run_alone(&participant, &args.session)?;
-    if begun.is_none() {
+    if !is_begun {
         study.store.write_plan(&plan)?;
     }
     let here = (folder.as_path(), clock.as_deref());
@@ -246,13 +248,16 @@ fn salt() -> Result<Salt, RunError> {
     Ok(salt)
 }
 
-/// Where the session of `plan` stands; none where it was not begun.
-fn begun(study: &Study, plan: &Plan) -> Outcome<Option<Stage>> {
+/// Where the session of `plan` stands, and the drives that it played; none where it was not begun.
+fn begun(study: &Study, plan: &Plan) -> Outcome<Option<(Stage, BTreeMap<String, Sha>)>> {
     let is_it = |begun: &Begun| begun.plan.as_ref() == Some(plan);
-    match study.sessions()?.iter().any(is_it) {
-        true => Ok(Some(study.state(plan)?.stage())),
-        false => Ok(None),
+    if !study.sessions()?.iter().any(is_it) {
+        return Ok(None);
     }
+    let state = study.state(plan)?;
+    let evidence = state.trials().flat_map(|(_, trial)| &trial.evidence);
+    let played = evidence.map(|(_, one)| (one.stimulus.clone(), one.drive));
+    Ok(Some((state.stage(), played.collect())))
 }
 
 /// Refuses a session with a volunteer for which something is missing; a rehearsal says it only. One that was begun is refused for
@@ -261,11 +266,13 @@ fn ready(
     (study, plan): (&Study, &Plan),
     drives: &Drives,
     args: &Arguments,
-    begun: Option<Stage>,
+    begun: Option<(Stage, BTreeMap<String, Sha>)>,
     bench: Option<&BenchNow>,
 ) -> Outcome {
+    let (stage, played) = begun.unzip();
+    let played = played.unwrap_or_default();
     if matches!(
-        begun,
+        stage,
         Some(Stage::Ended | Stage::Stopped | Stage::Withdrawn)
     ) {
         return Ok(());
@@ -287,6 +294,7 @@ fn ready(
     let known = Known {
         renderings,
         incomplete,
+        played: &played,
         earlier: &earlier,
         panels: &study.campaign.panels,
         bench,
@@ -301,7 +309,7 @@ fn ready(
             "this session plays rendered textures: name the bench with --bench, or play them on another system with --by-hand"
         )));
     }
-    if begun.is_some() {
+    if stage.is_some() {
         missing.retain(|one| {
             let of_bench = matches!(
                 one,
@@ -328,12 +336,12 @@ fn ready(
             "session {} of {} cannot {}, for the {} above; nothing was stored{}",
             plan.session,
             plan.participant,
-            begun.map_or("begin", |_| "go on"),
+            stage.map_or("begin", |_| "go on"),
             match missing.len() {
                 1 => "reason".to_owned(),
                 count => format!("{count} reasons"),
             },
-            begun.map_or(" (--rehearsal tries it out nevertheless)", |_| "")
+            stage.map_or(" (--rehearsal tries it out nevertheless)", |_| "")
         ))),
     }
 }

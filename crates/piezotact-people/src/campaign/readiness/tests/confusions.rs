@@ -41,6 +41,15 @@ fn rendered(lineage: Lineage, transfer: &str) -> Lineage {
 
 /// What is said of the stimuli of a protocol after `change`.
 fn said_of(protocol: &Protocol, change: &dyn Fn(&mut [RenderingFacts])) -> Vec<String> {
+    said_after(protocol, &BTreeMap::new(), change)
+}
+
+/// What is said of them where the session played drives before.
+fn said_after(
+    protocol: &Protocol,
+    played: &BTreeMap<String, Sha>,
+    change: &dyn Fn(&mut [RenderingFacts]),
+) -> Vec<String> {
     let plan = planned(protocol, "discrimination");
     let mut drives = made(protocol, &plan);
     change(&mut drives);
@@ -48,6 +57,7 @@ fn said_of(protocol: &Protocol, change: &dyn Fn(&mut [RenderingFacts])) -> Vec<S
     let known = Known {
         renderings: &drives,
         incomplete: &[],
+        played,
         earlier: &[],
         panels: &[],
         bench: Some(&here),
@@ -98,7 +108,7 @@ type Change = fn(&mut [RenderingFacts]);
 
 #[test]
 fn twenty_ways_of_confusing_stimuli_are_refused_with_the_difference_named() {
-    let ways: [(&str, Change, &str); 23] = [
+    let ways: [(&str, Change, &str); 28] = [
         (
             "copies of the plain texture",
             |d| copied(d, "S2", INVERTED),
@@ -255,7 +265,59 @@ fn twenty_ways_of_confusing_stimuli_are_refused_with_the_difference_named() {
         (
             "another gain of the rendering",
             |d| named(d, INVERTED).level_db = -4.5,
-            "expected the level of S13, found the level of S13.parquet, rendered -3.000 dB re S13",
+            "expected the level of S13, found the level of S13.parquet, rendered -3.000 dB re drives/S11.wav",
+        ),
+        (
+            "a plain texture that was rendered alone at another level",
+            |d| named(d, "S6").level_db = 0.0,
+            "S6: expected the level of S6 itself, found its own level, rendered +1.500 dB re drives/S11.wav by the lineage of drives/S6.wav",
+        ),
+        (
+            "another band of the rendering",
+            |d| {
+                let lineage = named(d, "S6").lineage.as_mut().unwrap();
+                let last = &mut lineage.steps.last_mut().unwrap().operation;
+                let Operation::Rendered { band_hz, .. } = last else {
+                    panic!("{last:?}");
+                };
+                *band_hz = "20..200".parse().unwrap();
+            },
+            "S6: expected a drive over 20–1000 Hz as drives/S11.wav, found one over 20–200 Hz by the lineage of drives/S6.wav",
+        ),
+        (
+            "an edited sample in the sidecar of a target",
+            |d| {
+                copied(d, "S6", "S8");
+                let facts = named(d, "S8");
+                facts.sample = Some("S8".to_owned());
+                facts.samples = Checksum::of([0.25]);
+                facts.lineage.as_mut().unwrap().sample = Some("S6".to_owned());
+            },
+            "S8: expected a texture of S8, found one of S6 by the lineage of drives/S8.wav",
+        ),
+        (
+            "the level of another sample under the name of a file",
+            |d| {
+                let facts = named(d, INVERTED);
+                for lineage in [&mut facts.lineage, &mut facts.target_lineage] {
+                    for step in &mut lineage.as_mut().unwrap().steps {
+                        if let Operation::RmsOf { of, .. } = &mut step.operation {
+                            of.sample = Some("S6".to_owned());
+                        }
+                    }
+                }
+            },
+            "S2 INVERTED: expected the level of S13, found the level of S13.parquet (S6) by the lineage",
+        ),
+        (
+            "a lineage of another sample in drive and target",
+            |d| {
+                let facts = named(d, INVERTED);
+                for lineage in [&mut facts.lineage, &mut facts.target_lineage] {
+                    lineage.as_mut().unwrap().sample = Some("S5".to_owned());
+                }
+            },
+            "S2 INVERTED: expected a texture of S2, found one of S5 by the lineage of drives/S2 INVERTED.wav",
         ),
         (
             "another transfer function of the same person",
@@ -382,6 +444,20 @@ fn what_changes_nothing_that_is_felt_is_accepted() {
             }
         }
     }
+}
+
+#[test]
+fn a_session_goes_on_with_the_drives_that_it_played() {
+    let protocol = library("amplitude_inversion");
+    let sha = |name: &str| (name.to_owned(), Sha::of(name.as_bytes()));
+    let played = BTreeMap::from(["S2", INVERTED].map(sha));
+    assert_eq!(said_after(&protocol, &played, &|_| ()), [""; 0]);
+    let said = said_after(&protocol, &played, &|drives| {
+        named(drives, INVERTED).sha = Sha::of(b"prepared again");
+        named(drives, "S6").sha = Sha::of(b"not played yet");
+    });
+    let part = "S2 INVERTED: expected the drive that this session played before, which it keeps (leave out --drives), found another one";
+    assert!(said.len() == 1 && said[0].contains(part), "{said:?}");
 }
 
 #[test]
