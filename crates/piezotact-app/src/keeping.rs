@@ -76,7 +76,10 @@ impl Earlier {
     /// Puts it back in the place of what was written there since, as what belongs to it was not.
     pub(crate) fn put_back(self) -> Outcome {
         let written = [self.place.clone(), sidecar_path(&self.place)];
-        for path in written.iter().filter(|path| self.kept.is_some() && path.is_file()) {
+        for path in written
+            .iter()
+            .filter(|path| self.kept.is_some() && path.is_file())
+        {
             std::fs::remove_file(path)?;
         }
         Ok(())

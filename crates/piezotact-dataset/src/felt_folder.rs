@@ -19,6 +19,20 @@ pub struct FeltFile {
     pub path: PathBuf,
 }
 
+/// A name for the files of the texture called `texture`: letters, digits, `-`, `_` and `.` are kept.
+#[must_use]
+pub fn texture_file_name(texture: &str) -> String {
+    let kept = |c: char| match c {
+        c if c.is_alphanumeric() || "-_.".contains(c) => c,
+        _ => '_',
+    };
+    let plain: String = texture.chars().take(64).map(kept).collect();
+    match plain.trim_start_matches('.') {
+        "" => "texture".to_owned(),
+        plain => plain.to_owned(),
+    }
+}
+
 /// The recordings of `samples` in `folder`: in its part `measured` where it has one, or in itself; where it holds none, those of each
 /// folder in it, which is named by the pseudonym of a participant.
 ///
@@ -76,13 +90,16 @@ fn of_one(
     let mut found: Vec<FeltFile> = Vec::new();
     for path in entries(within)? {
         let stem = path.file_stem().and_then(|stem| stem.to_str());
-        let Some(sample) = stem.filter(|stem| samples.contains(*stem)) else {
+        let is_named = |sample: &&String| {
+            stem.is_some_and(|stem| stem == sample.as_str() || stem == texture_file_name(sample))
+        };
+        let Some(sample) = samples.iter().find(is_named) else {
             continue;
         };
         if !path.is_file() || FileKind::of_ending(&path).is_none() {
             continue;
         }
-        if let Some(other) = found.iter().find(|other| other.sample == sample) {
+        if let Some(other) = found.iter().find(|other| other.sample == *sample) {
             return Err(ReadError::content(
                 &path,
                 format!("one recording of {sample}"),
@@ -92,7 +109,7 @@ fn of_one(
         }
         found.push(FeltFile {
             participant: participant.map(Into::into),
-            sample: sample.into(),
+            sample: sample.clone(),
             path,
         });
     }

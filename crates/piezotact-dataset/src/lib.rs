@@ -54,7 +54,7 @@ pub use contact_map::read_contact_map;
 pub use cuts_file::{cuts_path, cuts_text, read_cuts, read_cuts_of, recording_checksum};
 pub use device_file::read_device;
 pub use error::{ReadError, WriteError};
-pub use felt_folder::{FeltFile, felt_files};
+pub use felt_folder::{FeltFile, felt_files, texture_file_name};
 pub use input::{open_input, read_input, read_input_text};
 pub use journal::{
     EndDocument, JournalSink, JournalWriter, RunFolder, StartDocument, journal_path, keep_before,

@@ -12,6 +12,7 @@ use std::path::Path;
 
 use piezotact::Warning;
 use piezotact::device::DriveSetup;
+use piezotact::lineage::Lineage;
 use piezotact::quantity::{Measure, SampleRate};
 use piezotact::recording::{
     Channel, Condition, Provenance, Recording, RecordingWarning, Stated, played_through_its_own,
@@ -356,6 +357,16 @@ pub struct Contents {
     pub rendering: Option<Rendering>,
     /// The checksum of the drive that was played while recording; absent where the file does not say it.
     pub played: Option<Checksum>,
+}
+
+impl Contents {
+    /// The lineage of the texture in the file, or of the one that was rendered and played.
+    #[must_use]
+    pub fn lineage(&self) -> Option<&Lineage> {
+        let own = self.recording.about.provenance.lineage.as_ref();
+        let rendering = self.rendering.as_ref();
+        own.or_else(|| rendering?.about.provenance.lineage.as_ref())
+    }
 }
 
 /// Reads the recording in `path`, whatever kind of file it is. An interrupted recording is read from its

@@ -5,16 +5,16 @@ mod source;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use anyhow::Error;
+use anyhow::{Error, anyhow};
 use clap::{Args, ValueEnum};
 use piezotact::Warning;
 use piezotact::quantity::{Acceleration, Band};
 use piezotact::series::Series;
 use piezotact_dataset::{FeltFile, felt_files};
 use piezotact_people::association::{
-    AnswerTable, Association, AssociationConfig, AssociationError, Compared, FeltRecording,
-    FlaggedTrials, Grouping, MatrixConfig, Selection, associate, compared, compared_studies,
-    felt_part, felt_samples,
+    AnswerTable, Association, AssociationConfig, AssociationError, Compared, Declared,
+    FeltRecording, FlaggedTrials, Grouping, MatrixConfig, Selection, associate, compared,
+    compared_studies, felt_otherwise, felt_part, felt_samples,
 };
 use piezotact_people::difference::Difference;
 use piezotact_study::AnswersFile;
@@ -273,7 +273,7 @@ fn with_felt(
     let files = felt_files(folder, &felt_samples(&found.pairs))?;
     let mut left_out = Vec::new();
     let recordings = files.into_iter().map(|file| {
-        let vibration = match vibration(args, &file) {
+        let vibration = match vibration(args, &file, table.declared()) {
             Ok((vibration, warning)) => {
                 left_out.extend(warning);
                 Ok(vibration)
@@ -298,8 +298,18 @@ fn with_felt(
 fn vibration(
     args: &Arguments,
     file: &FeltFile,
+    declared: &Declared,
 ) -> Outcome<(Series<Acceleration>, Option<Warning>)> {
-    let recording = read(&file.path, &args.reading)?.recording;
-    felt_part(&file.sample, &recording)
-        .map_err(|error| Failure::Data(Error::new(error).context(file.path.display().to_string())))
+    let contents = read(&file.path, &args.reading)?;
+    let recording = &contents.recording;
+    let refused = |error: Error| Failure::Data(error.context(file.path.display().to_string()));
+    let of = declared.stimuli.iter().find(|of| of.name == file.sample);
+    let stated = (&recording.about.condition, contents.lineage());
+    let otherwise = of.and_then(|of| felt_otherwise(of, file.participant.as_deref(), stated));
+    if let Some(otherwise) = otherwise {
+        return Err(refused(anyhow!(
+            "{otherwise}; name the file as what was felt"
+        )));
+    }
+    felt_part(&file.sample, recording).map_err(|error| refused(Error::new(error)))
 }

@@ -4,7 +4,6 @@ mod kept;
 
 use std::fmt::Write as _;
 
-use piezotact::lineage::Lineage;
 use piezotact::quantity::{Band, Hertz};
 use piezotact::recording::{Condition, Recording};
 use piezotact::roles::Roles;
@@ -148,20 +147,13 @@ fn origin_text(contents: &Contents) -> String {
             .map(|(name, count)| format!("{name} × {count}"));
         let _never_fails = write!(text, "\n  events: {}", each.collect::<Vec<_>>().join(", "));
     }
-    if let Some(lineage) = lineage_of(contents) {
+    if let Some(lineage) = contents.lineage() {
         let _never_fails = write!(text, "\n  texture: {}", lineage.source);
         for step in &lineage.steps {
             let _never_fails = write!(text, "\n    {step}");
         }
     }
     text
-}
-
-/// The manipulations of a texture: of the one in a file, or of the one that a drive was rendered from.
-fn lineage_of(contents: &Contents) -> Option<&Lineage> {
-    let rendering = contents.rendering.as_ref();
-    let own = contents.recording.about.provenance.lineage.as_ref();
-    own.or_else(|| rendering?.about.provenance.lineage.as_ref())
 }
 
 /// The band over which coherence is summed up: the one that is rendered unless stated.

@@ -40,7 +40,7 @@ pub use error::AssociationError;
 pub use expected::{Counted, ExpectedCriterion, ExpectedShare, Recount, StimulusKind};
 pub use felt::{
     Felt, FeltComparison, FeltCriterion, FeltPair, FeltRecording, FeltSpectrum, FeltUnknown,
-    FeltWarning, Separates, felt_pairs, felt_part, felt_samples,
+    FeltWarning, Separates, felt_otherwise, felt_pairs, felt_part, felt_samples,
 };
 pub use guessing::Guessing;
 pub use matrix::{

@@ -10,6 +10,7 @@ use piezotact::study::{AnalysedRecording, strokes_table};
 use piezotact::transfer::TransferFunction;
 use piezotact_dataset::{
     ConfidenceColumns, ReadOptions, TransferDocument, read_recording, read_transfer,
+    texture_file_name,
 };
 use piezotact_people::association::{
     AnswerTable, AssociationConfig, Grouping, MatrixConfig, associate,
@@ -22,7 +23,6 @@ use serde_json::json;
 
 use super::words;
 use crate::commands::campaign::study::Study;
-use crate::commands::prepare::file_name;
 use crate::commands::verify::verified;
 use crate::failure::{Failure, Outcome, usage};
 
@@ -183,7 +183,7 @@ pub(super) fn of_drives(
         let file = |part: &str, ending: &str| {
             folder
                 .join(part)
-                .join(format!("{}.{ending}", file_name(stimulus)))
+                .join(format!("{}.{ending}", texture_file_name(stimulus)))
         };
         let (target, drive, measured) = (
             file("targets", "wav"),

@@ -8,8 +8,8 @@ use clap::Args;
 use piezotact::invocation::Found;
 use piezotact::quantity::Hertz;
 use piezotact::warning::{Warning, merged};
-use piezotact_dataset::NamePattern;
 use piezotact_dataset::eeg::read_eeg_source;
+use piezotact_dataset::{NamePattern, texture_file_name};
 use piezotact_people::association::{StimulusFiles, behaviour, playing_events};
 use piezotact_people::campaign::chain::Sha;
 use piezotact_people::campaign::plan::Plan;
@@ -26,7 +26,6 @@ use super::{derived, recordings};
 use crate::advice::merged_text;
 use crate::cli::Reading;
 use crate::commands::campaign::{simulated_as, study::Study};
-use crate::commands::prepare::file_name;
 use crate::deliver::{Outputs, deliver_and};
 use crate::failure::{Failure, Outcome, usage};
 use crate::interrupt::{Between, interrupted};
@@ -300,7 +299,7 @@ impl Export<'_> {
         for stimulus in piezotact_people::campaign::readiness::stimuli_of(state.plan()) {
             let drive = folder
                 .join("drives")
-                .join(format!("{}.wav", file_name(stimulus)));
+                .join(format!("{}.wav", texture_file_name(stimulus)));
             if drive.is_file() {
                 let written = self.writer.stimulus(participant, name, stimulus, &drive)?;
                 files.drives.insert(stimulus.to_owned(), written);

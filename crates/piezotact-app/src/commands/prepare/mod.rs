@@ -29,8 +29,6 @@ use stimuli::Stimuli;
 use strokes::Textures;
 
 #[cfg(feature = "study")]
-pub(super) use strokes::file_name;
-
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
     #[command(flatten)]
@@ -121,15 +119,9 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     #[cfg(feature = "study")]
     let protocol = args.protocol.as_deref();
     #[cfg(feature = "study")]
-    let protocol = protocol.map(|protocol| Stimuli::of(protocol, &function));
+    let protocol = protocol.map(|protocol| Stimuli::of((protocol, args.level), &function));
     #[cfg(feature = "study")]
     let protocol = protocol.transpose()?;
-    #[cfg(feature = "study")]
-    if protocol.is_some() && args.level == LevelRule::Fit {
-        return Err(usage(anyhow!(
-            "expected one level for all stimuli of a protocol (--level common, or a level in dB), found fit, which changes the levels among them; give one of these"
-        )));
-    }
     let (textures, failures) = Textures::of(
         args,
         &function,

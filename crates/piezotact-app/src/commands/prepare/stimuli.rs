@@ -15,15 +15,15 @@ use piezotact::statistics::peak;
 use piezotact::transfer::TransferFunction;
 use piezotact_bench::Bench;
 use piezotact_dataset::sidecar::read_rendering;
-use piezotact_dataset::{ReadOptions, read_recording};
+use piezotact_dataset::{ReadOptions, read_recording, texture_file_name};
 use piezotact_people::campaign::protocol::{Protocol, Stimulus, TransferFunctionUse};
 use piezotact_people::campaign::readiness::{
     self, BenchNow, PreparedStimuli, before_rendering, changed_since, prepared_stimuli,
 };
 
 use super::drives::finger_of;
-use super::strokes::{Texture, file_name};
-use super::{Arguments, file};
+use super::strokes::Texture;
+use super::{Arguments, LevelRule, file};
 use crate::cli::{Level, ModeName, Render};
 use crate::commands::campaign::protocol_of;
 use crate::commands::campaign::run::Drives;
@@ -51,9 +51,14 @@ impl Stimuli {
     /// Those of the protocol `named` that are rendered with the participant's own or with an averaged transfer function, as `function`
     /// is one.
     pub(super) fn of(
-        named: &Path,
+        (named, level): (&Path, LevelRule),
         function: &TransferFunction<Drive, Acceleration>,
     ) -> Outcome<Self> {
+        if level == LevelRule::Fit {
+            return Err(usage(anyhow!(
+                "expected one level for all stimuli of a protocol, found --level fit, which changes their levels among each other; give common, or a level in dB"
+            )));
+        }
         let protocol = protocol_of(named)?;
         let is_average = function.about.provenance.averaged_people.is_some();
         let (mut wanted, mut left) = (Vec::new(), Vec::new());
@@ -94,7 +99,7 @@ impl Stimuli {
 
     pub(super) fn file_names(&self) -> impl Iterator<Item = String> {
         let made = self.wanted.iter().filter(|one| one.name != one.of);
-        made.map(|stimulus| file_name(&stimulus.name))
+        made.map(|stimulus| texture_file_name(&stimulus.name))
     }
 
     /// Refuses strokes of nobody, and of samples that the protocol does not have.
@@ -145,7 +150,7 @@ impl Stimuli {
             let speed = stimulus.warp.map_or(Speed::Kept, |_| Speed::Changed);
             let mut warnings = plain.warnings.clone();
             warnings.extend(texture.warnings.iter().cloned());
-            let called = file_name(&stimulus.name);
+            let called = texture_file_name(&stimulus.name);
             let mut strokes = plain.strokes.clone();
             strokes.texture.clone_from(&stimulus.name);
             strokes.stroke.rms_m_s2 = texture.series.rms_about_mean().value;

@@ -26,8 +26,8 @@ use crate::reading::texture;
 use crate::report::name;
 use crate::runs::run_plan;
 use piezotact_bench::Bench;
-use piezotact_dataset::RunFolder;
 use piezotact_dataset::sidecar::sidecar_path;
+use piezotact_dataset::{RunFolder, texture_file_name};
 
 /// The textures that a participant touched.
 pub(super) struct Textures {
@@ -223,24 +223,11 @@ fn free_name(take: &AnalysedRecording, groups: &[(String, Vec<&AnalysedRecording
     names.into_iter().find(|name| !taken(name)).unwrap_or(stem)
 }
 
-/// A name for the files of `texture`: letters, digits, `-`, `_` and `.` are kept.
-pub(crate) fn file_name(texture: &str) -> String {
-    let kept = |c: char| match c {
-        c if c.is_alphanumeric() || "-_.".contains(c) => c,
-        _ => '_',
-    };
-    let plain: String = texture.chars().take(64).map(kept).collect();
-    match plain.trim_start_matches('.') {
-        "" => "texture".to_owned(),
-        plain => plain.to_owned(),
-    }
-}
-
 /// A name for the files of each texture; each name occurs once.
 fn file_names<'a>(textures: impl Iterator<Item = &'a str>) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     for texture in textures {
-        let plain = file_name(texture);
+        let plain = texture_file_name(texture);
         let mut name = plain.clone();
         let mut number = 2;
         // Some file systems do not tell capitals from small letters.

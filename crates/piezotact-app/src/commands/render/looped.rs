@@ -132,12 +132,7 @@ fn progress(iteration: &Iteration) -> String {
 
 impl Corrected {
     /// Writes what was recorded of `drive`, the best one.
-    pub(super) fn keep(
-        &self,
-        path: &Path,
-        rendering: Rendering,
-        drive: &Series<Drive>,
-    ) -> Outcome {
+    pub(super) fn keep(&self, path: &Path, rendering: Rendering, drive: &Series<Drive>) -> Outcome {
         let recording = &self.looped.recording;
         let mut journal = JournalWriter::create(path, self.start(rendering, drive))?;
         let samples: Vec<Vec<f64>> = recording

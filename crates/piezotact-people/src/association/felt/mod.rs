@@ -6,10 +6,12 @@ mod warning;
 use std::collections::{BTreeMap, BTreeSet};
 
 use piezotact::Warning;
+use piezotact::compare::plain_name;
 use piezotact::discrimination::Model;
+use piezotact::lineage::Lineage;
 use piezotact::page::{Cell as TableCell, Column, Table};
 use piezotact::quantity::{Acceleration, Drive, Hertz};
-use piezotact::recording::{Recording, RecordingError};
+use piezotact::recording::{Condition, Recording, RecordingError};
 use piezotact::score::sliding_part;
 use piezotact::series::Series;
 use piezotact::spectrum::welch;
@@ -18,6 +20,7 @@ use serde::{Deserialize, Serialize};
 pub use pair::{FeltComparison, FeltCriterion, FeltPair, Separates};
 pub use warning::{FeltUnknown, FeltWarning};
 
+use super::answer::Stimulus;
 use super::confused::{ConfusedPair, PairOutcome};
 use pair::{compared, welch_for};
 
@@ -109,6 +112,47 @@ pub fn felt_part(
         }
         _ => Ok((vibration, None)),
     }
+}
+
+/// What a recording of `condition` and `lineage`, felt by `participant`, is instead of `stimulus`; `None` where nothing that it states
+/// contradicts its name.
+///
+/// Source: docs/decisions/answers.md.
+#[must_use]
+pub fn felt_otherwise(
+    stimulus: &Stimulus,
+    participant: Option<&str>,
+    (condition, lineage): (&Condition, Option<&Lineage>),
+) -> Option<String> {
+    let of_lineage = lineage.and_then(|lineage| lineage.sample.as_ref());
+    let sample = of_lineage.or(condition.sample.as_ref().filter(|_| lineage.is_none()));
+    if let Some(found) = sample.filter(|found| **found != stimulus.source) {
+        let source = &stimulus.source;
+        return Some(format!(
+            "expected a texture of {source}, found one of {found}"
+        ));
+    }
+    match lineage.map(Lineage::is_manipulated) {
+        Some(true) if stimulus.is_plain() => {
+            return Some(format!(
+                "expected {} as it was touched, found a manipulated texture",
+                stimulus.source
+            ));
+        }
+        Some(false) if !stimulus.is_plain() => {
+            return Some(format!(
+                "expected a texture made of {}, found it as it was touched",
+                stimulus.source
+            ));
+        }
+        _ => {}
+    }
+    let finger = condition.participant.as_deref().zip(participant);
+    finger
+        .filter(|(found, expected)| plain_name(found) != plain_name(expected))
+        .map(|(found, expected)| {
+            format!("expected the finger of {expected}, found that of {found}")
+        })
 }
 
 /// The names of the textures in those of `pairs` that are looked at: somebody confused them, and they are not shown to be told apart.

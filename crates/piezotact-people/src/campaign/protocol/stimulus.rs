@@ -86,6 +86,13 @@ impl Stimulus {
         self.expected.as_ref().unwrap_or(&self.of)
     }
 
+    /// Whether the protocol states its level: not where its spectrum alone is changed.
+    #[must_use]
+    pub fn states_level(&self) -> bool {
+        let is_of_spectrum = self.warp.is_some() || self.shift_hz.is_some() || self.band.is_some();
+        !is_of_spectrum || self.level_of.is_some() || self.gain_db.is_some()
+    }
+
     /// Whether it has the waveform of its sample, at whatever level.
     #[must_use]
     pub fn keeps_waveform(&self) -> bool {

@@ -97,10 +97,7 @@ impl Compared<'_> {
     /// Another sample was touched: by the target, or by the lineage of the drive.
     fn sample(&self) -> Option<Difference> {
         let facts = self.facts;
-        let of_drive = facts
-            .lineage
-            .as_ref()
-            .and_then(|one| one.sample.as_deref());
+        let of_drive = facts.lineage.as_ref().and_then(|one| one.sample.as_deref());
         let stated = [
             (facts.sample.as_deref(), facts.target_file.clone()),
             (of_drive, self.lineage_of_drive()),
@@ -244,11 +241,7 @@ impl Compared<'_> {
     fn level_of_samples(&self) -> Option<Difference> {
         let made = self.made;
         let plain = self.plain(made.level_of())?;
-        let of_spectrum_alone =
-            made.warp.is_some() || made.shift_hz.is_some() || made.band.is_some();
-        if of_spectrum_alone && made.level_of.is_none() && made.gain_db.is_none()
-            || self.is_cut_again()
-        {
+        if !made.states_level() || self.is_cut_again() {
             return None;
         }
         let [own, other] = [&self.facts.texture, &plain.texture].map(|x| x.rms_about_mean().value);
@@ -291,7 +284,8 @@ impl Compared<'_> {
                 _ => None,
             })
         };
-        let (own, (usual, like)) = band_of(self.facts).zip(self.commonest(band_of, PartialEq::eq))?;
+        let (own, (usual, like)) =
+            band_of(self.facts).zip(self.commonest(band_of, PartialEq::eq))?;
         (usual != own).then(|| {
             (
                 format!("a drive over {usual} as {}", like.file),
@@ -307,7 +301,8 @@ impl Compared<'_> {
         let before = self.played.get(&facts.stimulus)?;
         (*before != facts.sha).then(|| {
             (
-                "the drive that this session played before, which it keeps (leave out --drives)".to_owned(),
+                "the drive that this session played before, which it keeps (leave out --drives)"
+                    .to_owned(),
                 "another one".to_owned(),
                 format!("the checksum of {}", facts.file),
             )
@@ -322,7 +317,12 @@ impl Compared<'_> {
     ) -> Option<(T, &RenderingFacts)> {
         let of_each = self.drives.iter().filter_map(|one| Some((of(one)?, *one)));
         let mut of_each: Vec<_> = of_each.collect();
-        let alike = |value: &T| of_each.iter().filter(|(other, _)| is_one(value, other)).count();
+        let alike = |value: &T| {
+            of_each
+                .iter()
+                .filter(|(other, _)| is_one(value, other))
+                .count()
+        };
         let most = of_each.iter().map(|(value, _)| alike(value)).max()?;
         let first = of_each.iter().position(|(value, _)| alike(value) == most)?;
         Some(of_each.swap_remove(first))

@@ -2,6 +2,7 @@
 
 use piezotact::criterion::Outcome;
 use piezotact::document::Content;
+use piezotact::figure::{Axis, Chart, Figure, Line, Mark, Scale, Tone};
 use piezotact::page::{Block, Cell, Column, Ending, Page, Section, Shown, Table};
 use piezotact::prepare::PreparedDrives;
 use piezotact::quantity::Decibels;
@@ -9,7 +10,7 @@ use piezotact::verify::VerifyCriterion;
 use serde::Serialize;
 
 use super::super::protocol::{Protocol, Stimulus};
-use super::{Known, stimuli_not_ready};
+use super::{Known, RenderingFacts, stimuli_not_ready};
 
 /// The stimuli of a protocol, prepared for one participant.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -37,10 +38,17 @@ pub struct PreparedStimulus {
     pub spectrum: Vec<String>,
     /// The sample whose rms level it has.
     pub level_of: String,
-    /// The level that was to be reached, dB re the plain stimulus of that sample.
-    pub stated_db: f64,
+    /// The level that was to be reached, dB re the plain stimulus of that sample; absent where the protocol states a spectrum alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stated_db: Option<f64>,
+    /// The level of its target as it was rendered, m/s² rms.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub target_m_s2: Option<f64>,
+    /// The level that was measured on the bench, m/s² rms.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub measured_m_s2: Option<f64>,
     /// The level that was measured on the bench, dB re the plain stimulus of that sample as it was measured there; absent where one of them
-    /// was not measured.
+    /// was not measured, or no level is stated.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub measured_db: Option<f64>,
     /// How far the measured spectrum is from that of its target, dB rms over the lines; absent where it was not measured.
@@ -80,14 +88,17 @@ pub fn prepared_stimuli(
                 });
         let reasons: Vec<String> = reasons.collect();
         let own = there(&stimulus.name);
-        let measured_db = own
-            .zip(there(stimulus.level_of()))
-            .and_then(|(own, other)| {
-                let [rms, of] = [own, other].map(|one| one.texture.rms_about_mean().value);
-                let targets_db =
-                    Decibels::from_amplitude_ratio(rms / of).0 + own.level_db - other.level_db;
-                Some(targets_db + own.level_error_db? - other.level_error_db?)
-            });
+        let target_m_s2 = |facts: &RenderingFacts| {
+            facts.texture.rms_about_mean().value * Decibels(facts.level_db).amplitude_ratio()
+        };
+        let measured_m_s2 = |facts: &RenderingFacts| {
+            Some(target_m_s2(facts) * Decibels(facts.level_error_db?).amplitude_ratio())
+        };
+        let stated_db = stimulus.states_level().then(|| stimulus.gain_db());
+        let other = there(stimulus.level_of()).filter(|_| stated_db.is_some());
+        let measured_db = (own.and_then(measured_m_s2))
+            .zip(other.and_then(measured_m_s2))
+            .map(|(own, other)| Decibels::from_amplitude_ratio(own / other).0);
         let drive = drives
             .textures
             .iter()
@@ -99,7 +110,9 @@ pub fn prepared_stimuli(
             of: stimulus.of.clone(),
             spectrum: stimulus.of_spectrum(),
             level_of: stimulus.level_of().to_owned(),
-            stated_db: stimulus.gain_db(),
+            stated_db,
+            target_m_s2: own.map(target_m_s2),
+            measured_m_s2: own.and_then(measured_m_s2),
             measured_db,
             shape_db: shape.and_then(|one| one.found),
             ready: match (reasons.is_empty(), own) {
@@ -132,6 +145,8 @@ impl PreparedStimuli {
             Column::new("level of", "level_of"),
             Column::new("stated, dB", "stated_db"),
             Column::new("measured, dB", "measured_db"),
+            Column::new("target, m/s² rms", "target_m_s2"),
+            Column::new("measured, m/s² rms", "measured_m_s2"),
             Column::new("shape, dB", "shape_db"),
             Column::new("what to do", "reasons"),
         ]);
@@ -149,12 +164,43 @@ impl PreparedStimuli {
                 Cell::from(one.level_of.as_str()),
                 Cell::from(one.stated_db),
                 Cell::from(one.measured_db),
+                Cell::from(one.target_m_s2),
+                Cell::from(one.measured_m_s2),
                 Cell::from(one.shape_db),
                 Cell::from(one.reasons.join("; ")),
             ]
         };
         table.rows = self.stimuli.iter().map(row).collect();
         table
+    }
+
+    /// The levels of the targets, and those that were measured (thesis figure 64).
+    fn levels(&self) -> Figure {
+        let of = |level: fn(&PreparedStimulus) -> Option<f64>| {
+            let levels = self.stimuli.iter().enumerate();
+            let points = levels.filter_map(|(i, one)| Some((i as f64, level(one)?)));
+            points.collect::<Vec<_>>()
+        };
+        let [targets, measured] = [of(|one| one.target_m_s2), of(|one| one.measured_m_s2)];
+        let highest = targets
+            .iter()
+            .chain(&measured)
+            .map(|(_, y)| *y)
+            .chain([0.0]);
+        let y = Axis::around("level, m/s² rms", Scale::Linear, highest);
+        let names = self
+            .stimuli
+            .iter()
+            .map(|one| one.stimulus.clone())
+            .collect();
+        let lines = vec![
+            Line::new("target", Tone::Reference, targets)
+                .marked(Mark::Joined)
+                .thin(),
+            Line::new("measured on the bench", Tone::Main, measured).marked(Mark::Dots),
+        ];
+        Chart::new(Axis::names("stimulus", names), y, lines)
+            .captioned("Levels of the stimuli: of the targets as they were rendered, and as they were measured.")
     }
 }
 
@@ -183,9 +229,10 @@ impl Shown for PreparedStimuli {
             blocks: vec![
                 Block::Text { text: said },
                 Block::Table(self.table()),
+                Block::Figure(self.levels()),
                 Block::Note {
                     text: "Stated and measured: the level relative to the plain stimulus of the sample whose level it has, the measured one \
-                        from the recordings of both on the bench. Shape: how far the measured spectrum is from that of the target, dB rms. \
+                        from the recordings of both on the bench; absent where the protocol states a spectrum alone. Shape: how far the measured spectrum is from that of the target, dB rms. \
                         Ready: a session takes it, by the same rules."
                         .to_owned(),
                 },

@@ -13,7 +13,9 @@ use piezotact::render::Rendering;
 use piezotact_bench::procedure::faults_of_prepared;
 use piezotact_bench::{Bench, DeviceError};
 use piezotact_dataset::sidecar::{read_rendering, sidecar_path};
-use piezotact_dataset::{Contents, ReadOptions, keep_before, read_input, read_recording};
+use piezotact_dataset::{
+    Contents, ReadOptions, keep_before, read_input, read_recording, texture_file_name,
+};
 use piezotact_people::campaign::chain::Sha;
 use piezotact_people::campaign::protocol::Protocol;
 use piezotact_people::campaign::readiness::{
@@ -22,7 +24,6 @@ use piezotact_people::campaign::readiness::{
 use piezotact_study::session::PreparedDrive;
 
 use crate::commands::manipulate::before_manipulation;
-use crate::commands::prepare::file_name;
 use crate::commands::verify::verified;
 use crate::failure::Failure;
 use crate::output::write_bytes;
@@ -56,7 +57,7 @@ pub(super) fn keep(given: &[(String, [PathBuf; 3])], folder: &Path) -> Result<()
 
 /// The files of one stimulus in a folder of drives.
 fn files(folder: &Path, stimulus: &str) -> [PathBuf; 3] {
-    let name = file_name(stimulus);
+    let name = texture_file_name(stimulus);
     PARTS.map(|(part, ending)| folder.join(part).join(format!("{name}.{ending}")))
 }
 
@@ -218,7 +219,7 @@ impl Drives {
 fn require_names(stimuli: &[&str]) -> Result<(), Failure> {
     let mut named: BTreeMap<String, &str> = BTreeMap::new();
     for stimulus in stimuli {
-        let name = file_name(stimulus);
+        let name = texture_file_name(stimulus);
         if let Some(other) = named.insert(name.to_lowercase(), stimulus) {
             return Err(Failure::Data(anyhow!(
                 "expected stimuli whose files have different names, found `{other}` and `{stimulus}`, both {name}; rename one in the protocol"

@@ -18,7 +18,7 @@ use crate::live::Showing;
 pub(super) fn run_name(played: &Played<'_>) -> String {
     format!(
         "{}-{}-{}-{}.parquet",
-        crate::commands::prepare::file_name(played.trial),
+        piezotact_dataset::texture_file_name(played.trial),
         played.attempt,
         played.element + 1,
         played.play
