@@ -262,6 +262,34 @@ fn drives_that_are_missing_or_of_somebody_else_are_refused() {
     );
 }
 
+/// Drives that were prepared again between two parts of a session are not what its first trials presented.
+#[test]
+fn a_session_goes_on_with_the_drives_that_it_played() {
+    let folder = measured();
+    let on_bench = format!("{DISCRIMINATE} {BENCH}");
+    let mut begun = session(&folder, &on_bench);
+    until(&mut begun, "texture 1, target");
+    begun.kill();
+    let from = |file: &str| prepared().path(file).display().to_string();
+    let strokes = ["S2", "S4", "S8", "S9"].map(|sample| from(&format!("{sample}.parquet")));
+    let prepare = format!(
+        "prepare {} --transfer {} --bench {BENCH} --out again",
+        strokes.join(" "),
+        from("tf.json")
+    );
+    run(&folder, &prepare);
+    let exchanged = run(&folder, &on_bench.replace("drives drives", "drives again"));
+    exchanged.expect_failure(
+        1,
+        &["expected the drive that this session played before, which it keeps (leave out --drives), found another one"],
+    );
+    for line in [on_bench.replace("--drives drives ", ""), on_bench] {
+        let mut goes_on = session(&folder, &line);
+        holds(&goes_on.prompt().unwrap(), &["goes on where it was left"]);
+        goes_on.kill();
+    }
+}
+
 /// The refusals of `done` for what is there, by their first words: most stimuli have no drive in this test.
 fn not_ready(done: &Done) -> Vec<String> {
     let said = done.err();
@@ -425,13 +453,58 @@ fn stimuli_of_a_protocol_are_prepared_from_strokes_and_reach_the_levels_that_it_
             "{faults:?}"
         );
     }
-    run(&folder, &prepare).expect_failure(2, &["S2_INVERTED.wav already exists", "--force"]);
-    let again = run(&folder, &format!("--force {prepare}"));
-    checked(&again);
+    let made_again = |done: &Done, of: &str| {
+        checked(done);
+        let said = done.err();
+        for name in made {
+            let held = said.contains(&format!("{name}: prepared before"));
+            assert_eq!(held, name != of, "{name}: {said}");
+        }
+    };
+    let again = run(&folder, &prepare);
+    made_again(&again, "S2 INVERTED");
+    let kept = "S2_INVERTED.wav: what an earlier command left is kept as";
+    assert!(again.err().contains(kept), "{}", again.err());
+    // A sidecar that was edited after the measurement: louder, or without the checksum of its samples.
+    let edited = |from: &str, to: &str| {
+        let sidecar = file("drives/S13.wav.json");
+        let text = std::fs::read_to_string(&sidecar).unwrap();
+        let start = text.find(from).unwrap();
+        let end = start + text[start..].find('\n').unwrap();
+        std::fs::write(&sidecar, format!("{}{to}{}", &text[..start], &text[end..])).unwrap();
+    };
+    edited("\"value\": 1.0,", "\"value\": 1.5,");
+    let faults = not_ready(&run(&folder, &session));
+    let part = "S13: the measurement beside it was made with another drive";
     assert!(
-        !again.err().contains("S2 INVERTED: prepared before"),
-        "{}",
-        again.err()
+        faults.iter().any(|fault| fault.contains(part)),
+        "{faults:?}"
+    );
+    made_again(&run(&folder, &prepare), "S13");
+    edited("\"samples\":", "\"remark\": \"none\",");
+    run(&folder, &session).expect_failure(
+        1,
+        &["S13.wav: expected a drive with a sidecar that states how it was rendered and the checksum of its samples"],
+    );
+    made_again(&run(&folder, &prepare), "S13");
+    // One sample again alone: its own level is not that of the others.
+    let alone = format!(
+        "prepare {} --protocol amplitude_inversion --transfer {} --bench {BENCH} --out drives",
+        from("S2.parquet"),
+        from("tf.json")
+    );
+    run(&folder, &format!("{alone} --level fit")).expect_failure(
+        2,
+        &["expected one level for all stimuli of a protocol, found --level fit"],
+    );
+    let done = run(&folder, &format!("{alone} --level -12"));
+    let kept = "S2.wav: what an earlier command left is kept as";
+    assert!(done.err().contains(kept), "{}", done.err());
+    let faults = not_ready(&run(&folder, &session));
+    let part = "S2: expected the level of S2 itself, found its own level, rendered -";
+    assert!(
+        faults.iter().any(|fault| fault.contains(part)),
+        "{faults:?}"
     );
 }
 

@@ -247,6 +247,17 @@ fn what_was_felt_in_confused_pairs_is_shown() {
     assert!(out.contains(&format!("level {jnd:.2} JND")), "{jnd}: {out}");
     assert!(out.contains("S1 – S2: "), "{out}");
     assert!(out.contains("what was felt is not known"), "{out}");
+    // What a recording was made from is believed, and not its name.
+    let measured = |sample: &str| folder.path(&format!("felt/measured/{sample}.parquet"));
+    let right = std::fs::read(measured("S11")).unwrap();
+    std::fs::copy(measured("S1"), measured("S11")).unwrap();
+    let other = run("answers answers.csv --felt felt").err();
+    assert!(
+        other
+            .contains("expected a texture of S11, found one of S1; name the file as what was felt"),
+        "{other}"
+    );
+    std::fs::write(measured("S11"), right).unwrap();
     let page = std::fs::read_to_string(folder.path("m.html")).unwrap();
     for part in [
         "What was felt in confused pairs",

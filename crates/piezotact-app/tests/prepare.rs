@@ -115,7 +115,7 @@ fn a_session_becomes_verified_drives_that_keep_their_differences() {
 }
 
 #[test]
-fn what_is_measured_is_kept_and_drives_are_not_replaced_unasked() {
+fn what_was_prepared_before_is_kept() {
     let folder = session();
     let command = format!("S11.parquet --bench {BENCH} --out ready");
     prepare(&folder, &command).expect_success();
@@ -129,32 +129,21 @@ fn what_is_measured_is_kept_and_drives_are_not_replaced_unasked() {
     assert_eq!(again.code(), Some(0), "{}", again.err());
     let measured = std::fs::read_dir(folder.path("ready/measured")).unwrap();
     assert_eq!(measured.count(), 1);
-    // Another level is another drive, which nothing plays unasked.
+    // Another level is another drive: the earlier one and its measurement are kept.
     let other = format!("S11.parquet --level -3 --bench {BENCH} --out ready");
     let drive = std::fs::read(folder.path("ready/drives/S11.wav")).unwrap();
-    let refused = bare(&other);
-    refused.expect_failure(3, &[]);
-    assert!(
-        refused.out().contains("drives/S11.wav already exists")
-            && refused.out().contains("--force"),
-        "{}{}",
-        refused.out(),
-        refused.err()
-    );
-    assert_eq!(
-        std::fs::read(folder.path("ready/drives/S11.wav")).unwrap(),
-        drive
-    );
-    // Asked for, the measurement differs, and the earlier one is kept.
-    prepare(&folder, &other).expect_success();
-    let kept = std::fs::read_dir(folder.path("ready/measured")).unwrap();
-    let names: Vec<_> = kept.map(|entry| entry.unwrap().file_name()).collect();
-    assert!(
-        names
-            .iter()
-            .any(|name| name.to_string_lossy().contains("before-1")),
-        "{names:?}"
-    );
+    let done = bare(&other);
+    done.expect_success();
+    for name in ["drives/S11.wav", "measured/S11.parquet"] {
+        let kept = format!("{name}: what an earlier command left is kept as");
+        assert!(done.err().contains(&kept), "{}", done.err());
+    }
+    let kept = folder.path("ready/drives/S11.wav.before-1");
+    assert_eq!(std::fs::read(kept).unwrap(), drive);
+    // What is no drive of ours is not moved.
+    std::fs::remove_file(folder.path("ready/drives/S11.wav.json")).unwrap();
+    bare(&format!("{command} --level -4"))
+        .expect_failure(2, &["S11.wav already exists", "--force"]);
 }
 
 /// Data of which "passed" would be false.
@@ -305,18 +294,28 @@ fn a_closed_loop_and_own_levels_can_be_asked_for() {
     assert!(own["level_db"].is_null());
 }
 
-/// A new target never stands beside an old drive, files of one name are two textures, and other conditions are said.
+/// Target, drive and measurement are of one command, files of one name are two textures, and other conditions are said.
 #[test]
 fn sessions_in_one_folder_do_not_mix() {
     let folder = session();
     let fits = format!("S1.parquet --bench {BENCH} --out ready");
     prepare(&folder, &fits).expect_success();
     let loud = format!("S1.parquet --level 30 --bench {BENCH} --out ready");
+    let bytes = || {
+        let names = [
+            "targets/S1.wav",
+            "drives/S1.wav",
+            "drives/S1.wav.json",
+            "measured/S1.parquet",
+        ];
+        names.map(|name| std::fs::read(folder.path(&format!("ready/{name}"))).unwrap())
+    };
+    let before = bytes();
     assert_eq!(prepare(&folder, &loud).code(), Some(3));
-    for name in ["drives/S1.wav", "drives/S1.wav.json", "measured/S1.parquet"] {
-        assert!(!folder.path(&format!("ready/{name}")).exists(), "{name}");
-    }
-    assert!(folder.path("ready/measured/S1.parquet.before-1").exists());
+    assert!(
+        bytes() == before,
+        "what could not be rendered leaves what was there"
+    );
     // Without a sample, two files of one name.
     for part in ["a", "b"] {
         std::fs::create_dir(folder.path(part)).unwrap();

@@ -11,10 +11,12 @@ use std::collections::BTreeMap;
 use crate::known_cuts::{Kind, RATE_HZ, Random, Recorded, active_touch, recorded};
 use piezotact::Warning;
 use piezotact::criterion::Outcome;
-use piezotact::quantity::{Newtons, SampleRate};
+use piezotact::quantity::{Newtons, SampleRate, Unit};
+use piezotact::recording::{Channel, Condition, Provenance, Recording};
+use piezotact::roles::Roles;
 use piezotact::stroke::{
-    Expected, ForceFault, ForceRule, ForceWarning, Judging, MotionKind, Reason, SegmentError,
-    Segmentation, Signals, SpeedRule, StrokeCriterion, StrokeWarning, segment_by_force,
+    Expected, ForceFault, ForceRule, ForceWarning, Judging, MotionKind, Reason, Rule, SegmentError,
+    Segmentation, Signals, SpeedRule, StrokeCriterion, StrokeWarning, segment, segment_by_force,
     segment_by_speed, whole,
 };
 
@@ -209,6 +211,65 @@ fn a_dead_force_is_refused_and_a_silent_one_holds_no_stroke() {
             .any(|d| matches!(d.kind(), Some(StrokeWarning::NoContact { .. }))),
         "{silent:?}"
     );
+}
+
+/// A finger that rests on a device has no strokes: what it felt while the drive played is one. Strokes beside a drive, as on a shaker,
+/// and a drive that is silent change nothing.
+#[test]
+fn what_was_felt_while_a_drive_played_is_one_stroke() {
+    let made = plain(3, 3);
+    let length = made.fz_n.len();
+    let resting: Vec<f64> = (0..length)
+        .map(|i| 0.2 + 0.01 * (i as f64 * 0.9).sin())
+        .collect();
+    let played = |from: usize, to: usize| {
+        let wave = |i: usize| 0.3 * (i as f64 * 0.7 + 0.4).sin();
+        (0..length)
+            .map(|i| {
+                if (from..to).contains(&i) {
+                    wave(i)
+                } else {
+                    0.0
+                }
+            })
+            .collect()
+    };
+    let segmented = |force: &[f64], drive: Vec<f64>| {
+        let channel = |name: &str, unit, samples: &[f64]| Channel {
+            name: name.into(),
+            unit,
+            samples: samples.to_vec(),
+        };
+        let channels = vec![
+            channel("drive", Unit::FullScale, &drive),
+            channel(
+                "acceleration",
+                Unit::MetrePerSecondSquared,
+                &made.acceleration,
+            ),
+            channel("normal_force", Unit::Newton, force),
+        ];
+        let rate = SampleRate::new(RATE_HZ).unwrap();
+        let recording =
+            Recording::new(channels, rate, Condition::default(), Provenance::default()).unwrap();
+        let (roles, _) = Roles::guess(&recording);
+        let expected = Expected {
+            load_n: Some(Newtons(0.2)),
+            speed_m_s: None,
+            judging: Judging::Sliding,
+        };
+        segment(&recording, &roles, expected).unwrap()
+    };
+    let found = segmented(&resting, played(1000, 9000));
+    assert_eq!((found.rule, found.strokes.len()), (Rule::Played, 1));
+    let part = found.strokes[0].steady;
+    assert!(
+        part.start.abs_diff(1000) <= 2 && part.end.abs_diff(9000) <= 2,
+        "{part:?}"
+    );
+    assert!(segmented(&resting, played(0, 0)).strokes.is_empty());
+    let strokes = segmented(&made.fz_n, played(1000, 9000));
+    assert!(matches!(strokes.rule, Rule::Force(_)) && !strokes.strokes.is_empty());
 }
 
 #[test]

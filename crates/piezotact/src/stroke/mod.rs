@@ -20,7 +20,7 @@ use serde::{Deserialize, Serialize};
 pub use warning::{StrokeWarning, Unusual};
 
 use crate::criterion::Criterion;
-use crate::quantity::{Newtons, SampleRate, Seconds, Unit};
+use crate::quantity::{Drive, Newtons, SampleRate, Seconds, Unit};
 use crate::recording::{MissingChannel, Recording, RecordingError, RecordingWarning, Touch};
 use crate::roles::{Motion, Roles};
 use crate::warning::{Counts, Warning};
@@ -389,6 +389,8 @@ pub enum Rule {
     Speed(SpeedRule),
     /// The whole recording is one stroke.
     Whole,
+    /// What was felt while a drive played is one stroke: the finger rests.
+    Played,
 }
 
 /// The strokes of a recording.
@@ -463,7 +465,7 @@ impl Segmentation {
                 .into(),
             ],
             Rule::Force(_) => force::long_strokes(&self.strokes, rate),
-            Rule::Speed(_) => Vec::new(),
+            Rule::Speed(_) | Rule::Played => Vec::new(),
         };
         of_rule
             .into_iter()
@@ -558,6 +560,13 @@ pub fn segment(
     } else {
         whole(&signals)?
     };
+    let plays = recording.series::<Drive>(None).ok();
+    let plays = plays.and_then(|drive| played_part(drive.samples()));
+    if let Some(played) =
+        plays.filter(|played| segmentation.strokes.is_empty() && played.end <= signals.len())
+    {
+        segmentation = one_stroke(played, Rule::Played);
+    }
     segmentation.roles = roles;
     segmentation.warnings.extend(dead);
     Ok(segmentation)
@@ -577,7 +586,11 @@ pub fn whole(signals: &Signals<'_>) -> Result<Segmentation, SegmentError> {
     if all.is_empty() {
         return Err(SegmentError::NothingToCutBy);
     }
-    Ok(Segmentation {
+    Ok(one_stroke(all, Rule::Whole))
+}
+
+fn one_stroke(all: Interval, rule: Rule) -> Segmentation {
+    Segmentation {
         strokes: vec![Stroke {
             steady: all,
             contact: all,
@@ -585,13 +598,28 @@ pub fn whole(signals: &Signals<'_>) -> Result<Segmentation, SegmentError> {
             criteria: Vec::new(),
         }],
         rejected: Vec::new(),
-        rule: Rule::Whole,
+        rule,
         roles: Roles::default(),
         force_zeros: None,
         cuts: None,
         untouched: None,
         warnings: Vec::new(),
-    })
+    }
+}
+
+/// From this share of its largest value on a drive is taken to be playing.
+const PLAYING_SHARE: f64 = 0.01;
+
+/// The part of a recording in which `drive` plays: from its first to its last value of at least 1 % of the largest; none where it is silent.
+///
+/// Source: docs/decisions/answers.md.
+#[must_use]
+pub fn played_part(drive: &[f64]) -> Option<Interval> {
+    let largest = drive.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+    let plays = |v: &f64| v.abs() >= PLAYING_SHARE * largest;
+    let start = drive.iter().position(plays).filter(|_| largest > 0.0)?;
+    let end = drive.iter().rposition(plays)? + 1;
+    Some(Interval { start, end })
 }
 
 /// Why a recording cannot be cut into strokes.

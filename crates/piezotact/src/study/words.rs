@@ -64,6 +64,7 @@ impl Rule {
                 r.touch_n.0
             ),
             Self::Whole => "The whole recording is one stroke.".into(),
+            Self::Played => "What was felt while a drive played is one stroke.".into(),
         }
     }
 }

@@ -56,8 +56,8 @@ impl Texture {
         &self.made.texture.series
     }
 
-    /// Writes its target. What stood at the places of its files is of an earlier session, and is kept: a new target never stands beside an
-    /// old drive.
+    /// Writes its target. What stood at the places of its files is of an earlier command, and is kept: target, drive and measurement are of
+    /// one command.
     pub(super) fn written(&self, out: &Path) -> Outcome<Vec<Earlier>> {
         let places = [
             self.target.clone(),

@@ -15,6 +15,7 @@ use piezotact::recording::{Condition, Recording, RecordingError};
 use piezotact::score::sliding_part;
 use piezotact::series::Series;
 use piezotact::spectrum::welch;
+use piezotact::stroke::played_part;
 use serde::{Deserialize, Serialize};
 
 pub use pair::{FeltComparison, FeltCriterion, FeltPair, Separates};
@@ -24,8 +25,6 @@ use super::answer::Stimulus;
 use super::confused::{ConfusedPair, PairOutcome};
 use pair::{compared, welch_for};
 
-/// From this share of its largest value on a drive is taken to be playing.
-const PLAYING_SHARE: f64 = 0.01;
 /// Levels of nothing are this, dB.
 const NOTHING_DB: f64 = -300.0;
 
@@ -98,20 +97,11 @@ pub fn felt_part(
         return sliding_part(sample, recording, None);
     };
     let vibration = recording.series::<Acceleration>(None)?;
-    let (drive, felt) = (drive.samples(), vibration.samples());
-    let largest = drive.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
-    let plays = |v: &f64| v.abs() >= PLAYING_SHARE * largest;
-    let ends = drive
-        .iter()
-        .position(plays)
-        .zip(drive.iter().rposition(plays));
-    match ends {
-        Some((first, last)) if largest > 0.0 && drive.len() == felt.len() => {
-            let part = Series::new(felt[first..=last].to_vec(), vibration.rate());
-            Ok((part.unwrap_or(vibration), None))
-        }
-        _ => Ok((vibration, None)),
-    }
+    let felt = vibration.samples();
+    let played = played_part(drive.samples()).filter(|_| drive.samples().len() == felt.len());
+    let part = played
+        .and_then(|part| Series::new(felt[part.start..part.end].to_vec(), vibration.rate()).ok());
+    Ok((part.unwrap_or(vibration), None))
 }
 
 /// What a recording of `condition` and `lineage`, felt by `participant`, is instead of `stimulus`; `None` where nothing that it states
