@@ -508,6 +508,23 @@ fn stimuli_of_a_protocol_are_prepared_from_strokes_and_reach_the_levels_that_it_
     );
 }
 
+#[test]
+fn stimuli_whose_files_would_have_one_name_are_refused_with_the_study() {
+    let folder = Folder::new();
+    let line = "campaign protocol amplitude_inversion --out own.toml";
+    run(&folder, line).expect_success();
+    let text = std::fs::read_to_string(folder.path("own.toml")).unwrap();
+    folder.write("own.toml", text.replace("S13 INVERTED", "S2_inverted"));
+    run(&folder, "campaign new study --protocol own.toml --seed 7").expect_failure(
+        1,
+        &[
+            "expected stimuli whose files have different names",
+            "rename one in the protocol",
+        ],
+    );
+    assert!(!folder.path("study").exists());
+}
+
 /// What would be found out with the volunteer in the chair is found out before: nothing is stored, nothing is played.
 #[test]
 fn drives_that_do_not_fit_the_bench_as_it_is_now_are_refused_before_the_session() {

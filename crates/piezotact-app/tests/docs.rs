@@ -211,6 +211,18 @@ fn the_chapter_of_the_psychophysicist_runs() {
 }
 
 #[test]
+fn the_chapter_on_exchanged_levels_runs() {
+    let folder = run("docs/guide/exchanged.md", |_, _| ());
+    let made = [
+        "stimuli.html",
+        "answers.html",
+        "spectra.html",
+        "own-or-average.html",
+    ];
+    expect_files(&folder, &made);
+}
+
+#[test]
 fn the_chapter_of_the_neuroscientist_runs() {
     let folder = run("docs/guide/neuroscientist.md", |_, _| ());
     expect_files(&folder, &["P01.html", "stats.html", "figures"]);

@@ -11,6 +11,7 @@ use piezotact_dataset::read_input_text;
 use piezotact_study::store::{DatabaseUrl, NewCampaign, Pseudonym, StudyCampaign};
 
 use super::protocol_text;
+use super::run::require_names;
 use crate::failure::{Failure, Outcome, usage};
 use crate::output::{print, say};
 
@@ -65,6 +66,7 @@ pub(super) fn database_url(text: &str) -> Outcome<DatabaseUrl> {
 
 pub(crate) fn run(args: &Arguments) -> Outcome {
     let (protocol, text) = protocol_text(&args.protocol)?;
+    require_names(protocol.rendered())?;
     let consent = args.consent.as_deref().map(read_input_text).transpose()?;
     if consent.as_ref().is_some_and(|text| text.trim().is_empty()) {
         return Err(usage(anyhow!(

@@ -82,7 +82,7 @@ impl Drives {
             given: Vec::new(),
         };
         let stimuli: Vec<&str> = stimuli.into_iter().collect();
-        require_names(&stimuli)?;
+        require_names(stimuli.iter().copied())?;
         for stimulus in stimuli {
             let given = given.map(|given| files(given, stimulus));
             if let Some(given) = given.clone().filter(are_there) {
@@ -216,7 +216,9 @@ impl Drives {
 }
 
 /// Refuses stimuli whose files would have one name.
-fn require_names(stimuli: &[&str]) -> Result<(), Failure> {
+pub(in crate::commands::campaign) fn require_names<'a>(
+    stimuli: impl IntoIterator<Item = &'a str>,
+) -> Result<(), Failure> {
     let mut named: BTreeMap<String, &str> = BTreeMap::new();
     for stimulus in stimuli {
         let name = texture_file_name(stimulus);

@@ -46,6 +46,7 @@ use crate::live::Showing;
 use crate::output::say;
 use crate::runs::run_plan;
 pub(in crate::commands) use drives::Drives;
+pub(super) use drives::require_names;
 use touches::{run_name, touches};
 use typed::Typing;
 
