@@ -99,7 +99,7 @@ pub struct ThresholdEstimate {
     /// The standard deviation of the counted reversals of a staircase, which is no standard error: they are not independent.
     pub reversals_sd: Option<f64>,
     /// The interval of 95 % of a threshold of QUEST+ that is decided. A staircase has none: Student's t over the pairs of its reversals holds the
-    /// truth in 73 % of runs.
+    /// truth in 74 % of runs.
     pub interval: Option<[f64; 2]>,
     /// The answers that it is made from.
     pub answers: u32,
