@@ -236,6 +236,43 @@ fn what_cannot_be_simulated_leaves_no_folder() {
         .expect_failure(1, &["a link that leads nowhere", "name another folder"]);
 }
 
+/// A sample of an own name with strokes that were recorded on it: every volunteer meets these strokes, and another file is another simulation.
+#[test]
+fn own_samples_are_simulated_from_their_recordings() {
+    let folder = Folder::new();
+    folder.write(
+        "own.toml",
+        two_sets()
+            .replace("\"S2\"", "\"velvet\"")
+            .replace("\"S8\"", "\"denim\""),
+    );
+    let record = |seed: u32| {
+        format!(
+            "twin record --bench acttouch --sample S5 --participant 3 --seed {seed} --out velvet.parquet --force"
+        )
+    };
+    run(&folder, &record(9)).expect_success();
+    let line = "campaign simulate own --protocol own.toml --participants 1 --seed 7 --iterations 0 --surface velvet=velvet.parquet --surface denim=S8";
+    run(&folder, line).expect_success();
+    run(&folder, "campaign export own --out tables").expect_success();
+    let answers = table(&folder.path("tables/answers.csv"));
+    assert!(answers.iter().any(|row| row["presented"] == "velvet"));
+    run(&folder, line).expect_success();
+    run(&folder, &record(10)).expect_success();
+    run(&folder, line).expect_failure(
+        2,
+        &["expected --surface", "with which this simulation was begun"],
+    );
+    run(
+        &folder,
+        &line
+            .replace("=velvet.parquet", "=satin.parquet")
+            .replace("simulate own", "simulate other"),
+    )
+    .expect_failure(1, &["satin.parquet"]);
+    assert!(!folder.path("other").exists());
+}
+
 /// The same answers, as a study and as its exported table: compared with themselves they do not differ, whichever stands first. Places in
 /// orders are no answers of either.
 #[test]
