@@ -35,9 +35,9 @@ pub struct PreparedStimulus {
     /// What is done to its spectrum.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub spectrum: Vec<String>,
-    /// The sample whose rms level it has.
+    /// The sample whose rms level it has; `1 m/s²` where the protocol states the level.
     pub level_of: String,
-    /// The level that was to be reached, dB re the plain stimulus of that sample.
+    /// The level that was to be reached, dB re the plain stimulus of that sample, or re 1 m/s².
     pub stated_db: f64,
     /// The level that was measured on the bench, dB re the plain stimulus of that sample as it was measured there; absent where one of them
     /// was not measured.
@@ -80,7 +80,11 @@ pub fn prepared_stimuli(
                 });
         let reasons: Vec<String> = reasons.collect();
         let own = there(&stimulus.name);
-        let measured_db = own
+        let absolute_db = stimulus.rms_db.zip(own).and_then(|(_, own)| {
+            let rms = own.texture.rms_about_mean().value;
+            Some(Decibels::from_amplitude_ratio(rms).0 + own.level_db + own.level_error_db?)
+        });
+        let relative_db = own
             .zip(there(stimulus.level_of()))
             .and_then(|(own, other)| {
                 let [rms, of] = [own, other].map(|one| one.texture.rms_about_mean().value);
@@ -98,9 +102,15 @@ pub fn prepared_stimuli(
             stimulus: stimulus.name.clone(),
             of: stimulus.of.clone(),
             spectrum: stimulus.of_spectrum(),
-            level_of: stimulus.level_of().to_owned(),
-            stated_db: stimulus.gain_db(),
-            measured_db,
+            level_of: match stimulus.rms_db {
+                Some(_) => "1 m/s²".to_owned(),
+                None => stimulus.level_of().to_owned(),
+            },
+            stated_db: stimulus.rms_db.unwrap_or(stimulus.gain_db()),
+            measured_db: match stimulus.rms_db {
+                Some(_) => absolute_db,
+                None => relative_db,
+            },
             shape_db: shape.and_then(|one| one.found),
             ready: match (reasons.is_empty(), own) {
                 (true, _) => Outcome::Met,
