@@ -293,8 +293,8 @@ fn the_fields_of_a_protocol_are_explained_and_wrong_ones_named_with_those_that_a
         .out();
     for (from, to, part) in [
         (
-            "checklist = ",
-            "checklst = ",
+            "\nchecklist = ",
+            "\nchecklst = ",
             "unknown field `checklst` of tasks measure, expected one of `catch`, `checklist`",
         ),
         (

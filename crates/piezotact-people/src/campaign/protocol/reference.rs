@@ -211,7 +211,8 @@ fn differs(schema: &'static Value, found: &Toml, place: &str, field: &str) -> Op
         Toml::Table(table) => {
             if let each @ Value::Object(_) = &schema["additionalProperties"] {
                 let mut all = table.iter();
-                return all.find_map(|(name, value)| differs(each, value, place, name));
+                let of = |name: &str| format!("{place}.{name}");
+                return all.find_map(|(name, value)| differs(each, value, &of(name), name));
             }
             let chosen = |variant: &&'static Value| match tag(variant) {
                 Some((name, value)) => table.get(name).and_then(Toml::as_str) == Some(value),
