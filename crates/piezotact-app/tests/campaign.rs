@@ -224,7 +224,7 @@ fn a_file_is_preferred_to_the_library_and_this_is_said() {
 fn the_library_is_listed_and_written() {
     let folder = Folder::new();
     let listed = folder.run(&["campaign", "protocol"]).out();
-    assert_eq!(listed.lines().count(), 7, "{listed}");
+    assert_eq!(listed.lines().count(), 8, "{listed}");
     for line in listed.lines().skip(1) {
         let name = line.split_whitespace().next().unwrap();
         let document = folder.run(&["campaign", "protocol", name, "--json"]).json();
@@ -279,6 +279,38 @@ fn a_dictionary_names_columns_by_task() {
         "missed_target, not_measured, simulated, wrong_sample",
     ] {
         assert!(out.contains(part), "no `{part}` in: {out}");
+    }
+}
+
+#[test]
+fn the_fields_of_a_protocol_are_explained_and_wrong_ones_named_with_those_that_are_allowed() {
+    let folder = Folder::new();
+    let explained = folder.run(&["campaign", "protocol", "--explain"]);
+    explained.expect_success();
+    assert!(explained.out().contains("[[tasks]] with kind = \"touch\""));
+    let toml = folder
+        .run(&["campaign", "protocol", "isotropic_triplets"])
+        .out();
+    for (from, to, part) in [
+        (
+            "\nchecklist = ",
+            "\nchecklst = ",
+            "unknown field `checklst` of tasks measure, expected one of `catch`, `checklist`",
+        ),
+        (
+            "strokes = 10",
+            "strokes = \"ten\"",
+            "tasks measure.strokes: expected whole number from 0, found \"ten\"",
+        ),
+        (
+            "kind = \"touch\"",
+            "kind = \"taste\"",
+            "expected `kind` to be one of `touch`, `identify`",
+        ),
+    ] {
+        assert!(toml.contains(from), "{from}");
+        folder.write("own.toml", toml.replacen(from, to, 1));
+        design(&folder, &["own.toml"]).expect_failure(1, &[part]);
     }
 }
 

@@ -236,6 +236,81 @@ fn what_cannot_be_simulated_leaves_no_folder() {
         .expect_failure(1, &["a link that leads nowhere", "name another folder"]);
 }
 
+/// A sample of an own name with strokes that were recorded on it: every volunteer meets these strokes, and another file is another simulation.
+#[test]
+fn own_samples_are_simulated_from_their_recordings() {
+    let folder = Folder::new();
+    folder.write(
+        "own.toml",
+        two_sets()
+            .replace("\"S4\"", "\"velvet\"")
+            .replace("\"S8\"", "\"denim\""),
+    );
+    let record = |seed: u32| {
+        format!(
+            "twin record --bench acttouch --sample S5 --participant 3 --seed {seed} --out velvet.parquet --force"
+        )
+    };
+    run(&folder, &record(9)).expect_success();
+    let line = "campaign simulate own --protocol own.toml --participants 1 --seed 7 --iterations 0 --surface velvet=velvet.parquet --surface denim=S8";
+    run(&folder, line).expect_success();
+    run(&folder, "campaign export own --out tables").expect_success();
+    let answers = table(&folder.path("tables/answers.csv"));
+    assert!(answers.iter().any(|row| row["presented"] == "velvet"));
+    run(&folder, line).expect_success();
+    run(&folder, &record(10)).expect_success();
+    run(&folder, line).expect_failure(
+        2,
+        &["expected --surface", "with which this simulation was begun"],
+    );
+    run(
+        &folder,
+        &line
+            .replace("=velvet.parquet", "=satin.parquet")
+            .replace("simulate own", "simulate other"),
+    )
+    .expect_failure(1, &["satin.parquet"]);
+    assert!(!folder.path("other").exists());
+}
+
+/// Detection of a person of the twin, with few trials: each method has the standard deviation that is its own, and no matrix is asked for.
+#[test]
+fn thresholds_are_printed_where_no_answer_names_a_sample() {
+    let folder = Folder::new();
+    let library = run(&folder, "campaign protocol detection_threshold").out();
+    let few = library
+        .replace("trials = 50", "trials = 6")
+        .replace("at_most = 90", "at_most = 30")
+        .replace("{ trials = 6, ", "{ trials = 1, ")
+        .replace("{ trials = 5, ", "{ trials = 2, ");
+    folder.write("few.toml", few);
+    run(
+        &folder,
+        "campaign simulate st --protocol few.toml --participants 1 --seed 7 --iterations 0",
+    )
+    .expect_success();
+    let printed = run(&folder, "answers st");
+    printed.expect_success();
+    holds(
+        &printed.out(),
+        &["thresholds.quest", "thresholds.staircase", "not decided"],
+    );
+    run(&folder, "answers st --json")
+        .expect_failure(2, &["found thresholds alone", "campaign export"]);
+    run(&folder, "campaign export st --out tables").expect_success();
+    let rows = table(&folder.path("tables/thresholds.csv"));
+    assert_eq!(rows.len(), 2);
+    for row in rows {
+        let of_quest = row["task"] == "quest";
+        assert_eq!(row["posterior_sd"].is_empty(), !of_quest, "{row:?}");
+        assert!(row["reversals_sd"].is_empty() || !of_quest, "{row:?}");
+        assert!(
+            row["interval_low"].is_empty() && row["interval_high"].is_empty(),
+            "{row:?}"
+        );
+    }
+}
+
 /// The same answers, as a study and as its exported table: compared with themselves they do not differ, whichever stands first. Places in
 /// orders are no answers of either.
 #[test]

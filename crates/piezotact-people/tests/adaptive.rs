@@ -189,3 +189,40 @@ fn staircases_recover_the_thresholds_of_500_observers_as_their_reference() {
     }
     agrees("staircase", &estimates, &golden.staircase);
 }
+
+/// By golden/thresholds.py: questplus 2023.1, which psychopy wraps. Sums of 450 points agree to rounding.
+#[test]
+fn the_posterior_after_fixed_answers_is_that_of_questplus() {
+    let levels_db: Vec<f64> = (0..17).map(|i| -40.0 + 2.0 * f64::from(i)).collect();
+    let mut run = QuestPlus::new(QuestRule {
+        levels_db: levels_db.clone(),
+        thresholds_db: (-48..=0).map(f64::from).collect(),
+        slopes: vec![1.0, 2.0, 3.0],
+        guess_share: 0.5,
+        lapse_shares: vec![0.0, 0.02, 0.04],
+        trials: 50,
+    })
+    .unwrap();
+    let levels = [
+        -12, -20, -28, -24, -26, -22, -26, -28, -24, -20, -22, -26, -22, -18, -24, -20,
+    ];
+    let correct = [1, 1, 0, 1, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1, 1, 1];
+    for (level, correct) in levels.into_iter().zip(correct) {
+        let at = levels_db.iter().position(|one| *one == f64::from(level));
+        let said = match correct {
+            1 => Response::Correct,
+            _ => Response::Wrong,
+        };
+        run.answer(at.unwrap(), said);
+    }
+    let found = run.estimate();
+    for (found, theirs) in [
+        (found.threshold_db, -16.537_431_083_887_263),
+        (found.threshold_sd_db, 6.101_098_962_834_485),
+        (found.slope, 2.131_876_604_906_916_7),
+        (found.lapse_share, 0.019_759_266_060_968_01),
+    ] {
+        assert!((found - theirs).abs() < 1e-9, "{found} beside {theirs}");
+    }
+    assert_eq!(levels_db[run.next_level().unwrap()], -14.0);
+}

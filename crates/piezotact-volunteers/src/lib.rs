@@ -21,6 +21,7 @@ pub use sitting::sit;
 use std::collections::{BTreeMap, BTreeSet};
 
 use piezotact::quantity::{Acceleration, Decibels, Drive};
+use piezotact::recording::Recording;
 use piezotact::transfer::TransferFunction;
 use piezotact_people::association::{Answer, Declared, answers_of, declared};
 use piezotact_people::campaign::chain::Sha;
@@ -33,6 +34,8 @@ use piezotact_twin::{Participant, Sample, TwinParameters};
 
 /// What chapter 6 of the thesis calls three samples.
 const SURFACES: [[&str; 2]; 3] = [["rough", "M8"], ["biomimetic", "BIO"], ["smooth", "M3"]];
+/// The samples of a segment of the PSD of strokes.
+const STROKE_SEGMENT: usize = 1_024;
 /// The strokes on each sample where the protocol does not say how many.
 const USUAL_STROKES: u32 = 10;
 /// About how long the steady part of a stroke is, s.
@@ -69,6 +72,8 @@ pub struct Simulation<'a> {
     pub playings: Playings,
     /// The twin's samples, by the name that the protocol has for them where it is another.
     pub surfaces: BTreeMap<String, String>,
+    /// Strokes that were recorded on samples of the protocol, by their names; see [`Self::with_recorded`].
+    pub recorded: BTreeMap<String, (Taken, Recording)>,
 }
 
 /// How much of a repeated texture the bench plays.
@@ -113,6 +118,7 @@ impl Simulation<'_> {
             surfaces: SURFACES
                 .map(|[name, sample]| (name.to_owned(), sample.to_owned()))
                 .into(),
+            recorded: BTreeMap::new(),
         }
     }
 
@@ -124,6 +130,21 @@ impl Simulation<'_> {
         let known = self.surfaces.get(name).map_or(name, String::as_str);
         let sample = self.parameters.sample(known);
         Ok(sample?)
+    }
+
+    /// The same with strokes that were recorded on the sample `name`, in place of a surface of the twin: all volunteers meet these strokes, with
+    /// the friction that they have and no pattern.
+    ///
+    /// # Errors
+    /// What cannot be cut into strokes.
+    pub fn with_recorded(
+        mut self,
+        name: &str,
+        recording: Recording,
+    ) -> Result<Self, VolunteerError> {
+        let strokes = measured::taken(&recording, STROKE_SEGMENT)?;
+        self.recorded.insert(name.to_owned(), (strokes, recording));
+        Ok(self)
     }
 
     /// The panel whose average the protocol renders with; `None` where everybody has the own transfer function.

@@ -49,15 +49,27 @@ pub fn take(
     segment_samples: usize,
 ) -> Result<(Taken, Recording), VolunteerError> {
     let recording = record(acquirer.as_mut(), run)?;
+    let taken = taken(&recording, segment_samples)?;
+    Ok((taken, recording))
+}
+
+/// The strokes of `recording`, with PSDs of segments of `segment_samples`.
+///
+/// # Errors
+/// [`VolunteerError`] where they cannot be cut or analysed.
+pub(crate) fn taken(
+    recording: &Recording,
+    segment_samples: usize,
+) -> Result<Taken, VolunteerError> {
     let what = recording.about.condition.to_string();
     let cut = |judging: Judging| {
-        let (roles, _) = Roles::guess(&recording);
+        let (roles, _) = Roles::guess(recording);
         let expected = Expected {
             load_n: recording.about.condition.load_n,
             speed_m_s: recording.about.condition.speed_m_s,
             judging,
         };
-        segment(&recording, &roles, expected).map_err(|error| VolunteerError::Segment {
+        segment(recording, &roles, expected).map_err(|error| VolunteerError::Segment {
             what: what.clone(),
             error,
         })
@@ -74,7 +86,7 @@ pub fn take(
         judging = Judging::ContactOnly;
         segmentation = cut(Judging::ContactOnly)?;
     }
-    let analysis = analysed(&recording, &segmentation, segment_samples)?;
+    let analysis = analysed(recording, &segmentation, segment_samples)?;
     let mut warnings = recording.about.warnings.clone();
     warnings.extend(
         segmentation
@@ -84,15 +96,14 @@ pub fn take(
             .cloned(),
     );
     warnings.extend(segmentation.own_warnings(recording.rate()));
-    let taken = Taken {
+    Ok(Taken {
         condition: recording.about.condition.clone(),
         segmentation,
         analysis,
         slipped,
         judging,
         warnings,
-    };
-    Ok((taken, recording))
+    })
 }
 
 /// The features of strokes, with PSDs of segments of `segment_samples`.

@@ -29,7 +29,9 @@ use piezotact_twin::{
 };
 
 use crate::sitting::delivered;
-use crate::{Laboratory, LevelRule, Simulation, Taken, characterised, resting, run, take};
+use crate::{
+    Laboratory, LevelRule, STROKE_SEGMENT, Simulation, Taken, characterised, resting, run, take,
+};
 
 /// The band in which textures are rendered and felt, Hz.
 const BAND_HZ: [f64; 2] = [20.0, 1000.0];
@@ -174,7 +176,6 @@ fn touch(
     number: u64,
     name: &str,
 ) -> Result<Touched, VolunteerError> {
-    let sample = simulation.surface(name)?;
     let person = Participant::of(number, simulation.seed, &simulation.parameters);
     let what = || format!("{name}, touched by {}", person.pseudonym());
     let protocol = ActiveProtocol {
@@ -185,10 +186,21 @@ fn touch(
             stroke_s: None,
         },
     };
-    let acttouch = ActTouch::new(&laboratory.parameters, person.clone(), sample, protocol);
-    let acttouch = acttouch?;
-    let asked = run(laboratory, "measurement session", Some(LOAD_N));
-    let (taken, recording) = take(acttouch.into_acquirer(), &asked, 1_024)?;
+    let (sample, taken, recording) = match simulation.recorded.get(name) {
+        Some((taken, recording)) => {
+            let mut recording = recording.clone();
+            // The volunteer stands for whoever touched it.
+            recording.about.condition.participant = Some(person.pseudonym());
+            (None, taken.clone(), recording)
+        }
+        None => {
+            let sample = simulation.surface(name)?;
+            let acttouch = ActTouch::new(&laboratory.parameters, person.clone(), sample, protocol);
+            let asked = run(laboratory, "measurement session", Some(LOAD_N));
+            let (taken, recording) = take(acttouch?.into_acquirer(), &asked, STROKE_SEGMENT)?;
+            (Some(sample), taken, recording)
+        }
+    };
     let strokes = strokes(&taken, &recording)?;
     let cues = strokes.iter().map(|stroke| {
         Cues::of(stroke, band()?).map_err(|error| VolunteerError::Cues {
@@ -251,12 +263,13 @@ fn typical(strokes: &[Series<Acceleration>], cues: &[Cues]) -> Option<Series<Acc
     strokes.get(*middle).cloned()
 }
 
-/// What a real surface tells beside its vibration: its elements, and the friction that was measured.
-fn surface(sample: &Sample, taken: &Taken) -> OnSurface {
-    let (period_m, pattern) = match (&sample.relief, sample.comb_wavelength_m) {
-        (_, Some(period_m)) => (period_m, Pattern::Regular),
-        (Relief::Isotropic { grain_m, .. }, None) => (*grain_m, Pattern::Random),
-        (_, None) => (0.0, Pattern::Random),
+/// What a real surface tells beside its vibration: its elements, where they are known, and the friction that was measured.
+fn surface(sample: Option<&Sample>, taken: &Taken) -> OnSurface {
+    let known = sample.map(|sample| (&sample.relief, sample.comb_wavelength_m));
+    let (period_m, pattern) = match known {
+        Some((_, Some(period_m))) => (period_m, Pattern::Regular),
+        Some((Relief::Isotropic { grain_m, .. }, None)) => (*grain_m, Pattern::Random),
+        Some((_, None)) | None => (0.0, Pattern::Random),
     };
     let strokes = &taken.analysis.strokes;
     let friction = strokes.iter().filter_map(|one| one.friction_coefficient);

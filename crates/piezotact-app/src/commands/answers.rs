@@ -8,6 +8,7 @@ use std::str::FromStr;
 use anyhow::{Error, anyhow};
 use clap::{Args, ValueEnum};
 use piezotact::Warning;
+use piezotact::page::Table;
 use piezotact::quantity::{Acceleration, Band};
 use piezotact::series::Series;
 use piezotact_dataset::{FeltFile, felt_files};
@@ -17,9 +18,12 @@ use piezotact_people::association::{
     compared_studies, felt_otherwise, felt_part, felt_samples,
 };
 use piezotact_people::difference::Difference;
+use piezotact_report::report;
 use piezotact_study::AnswersFile;
 
+use super::campaign::study::Study;
 use super::score;
+use crate::output::{print, say_warnings};
 use crate::places::outputs;
 use crate::reading::read;
 #[cfg(feature = "web")]
@@ -139,8 +143,28 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         .chain(compared)
         .collect();
     outputs(&read, &args.outputs.files())?;
+    if args.answers.is_dir() {
+        let study = Study::open(&args.answers)?;
+        let thresholds = study.thresholds()?;
+        if !thresholds.rows.is_empty() && study.answers()?.1.is_empty() {
+            return thresholds_alone(args, &study, &thresholds);
+        }
+    }
     let source = Source::open(&args.answers, &args.samples)?;
     deliver(&args.outputs, &associations(args, &source)?)
+}
+
+/// The thresholds of a study in which no answer names a sample, so that there is no matrix.
+fn thresholds_alone(args: &Arguments, study: &Study, thresholds: &Table) -> Outcome {
+    if args.outputs.json || !args.outputs.files().is_empty() || !args.compare.is_empty() {
+        return Err(usage(anyhow!(
+            "{}: expected answers that name samples, found thresholds alone: leave out all options to see them, or write them by piezotact campaign export",
+            args.answers.display()
+        )));
+    }
+    print(&report::text(thresholds)?)?;
+    say_warnings(&study.warnings()?);
+    Ok(())
 }
 
 /// All that is asked for.

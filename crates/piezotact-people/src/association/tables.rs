@@ -4,7 +4,6 @@ use piezotact::criterion::Outcome;
 use piezotact::page::{Cell, Column, Table};
 
 use super::answer::{Answer, Declared, Purpose};
-use crate::campaign::adaptive::{ThresholdCriterion, ThresholdEstimate};
 use crate::campaign::dictionary::ANSWER_COLUMNS;
 use crate::campaign::session::{Answer as Noted, Evidence, State, TrialState};
 use crate::campaign::store;
@@ -281,33 +280,21 @@ pub fn participants_table<'a>(
 }
 
 /// The columns of [`thresholds_table`].
-pub const THRESHOLD_COLUMNS: [&str; 11] = [
+pub const THRESHOLD_COLUMNS: [&str; 13] = [
     "participant",
     "session",
     "task",
     "run",
     "threshold",
-    "standard_deviation",
-    "standard_deviation_of",
+    "interval_low",
+    "interval_high",
+    "posterior_sd",
+    "reversals_sd",
     "answers",
     "decided",
     "not_decided_because",
     "catch_trials_failed",
 ];
-
-/// What the standard deviation of a threshold is of: the posterior of QUEST+, or the counted reversals of a staircase, whose scatter is no
-/// standard error.
-fn spread_of(estimate: &ThresholdEstimate) -> &'static str {
-    let mut criteria = estimate.criteria.iter();
-    match (
-        estimate.sd,
-        criteria.any(|one| one.what == ThresholdCriterion::Reversals),
-    ) {
-        (None, _) => "",
-        (Some(_), true) => "reversals",
-        (Some(_), false) => "posterior",
-    }
-}
 
 /// The thresholds of the adaptive comparisons of `state`, with a row for each run, in the unit of its levels.
 ///
@@ -333,8 +320,10 @@ pub fn thresholds_table(state: &State<'_>) -> Table {
                 Cell::from(task.name.as_str()),
                 Cell::from(threshold.run),
                 Cell::from(number(estimate.level)),
-                Cell::from(number(estimate.sd)),
-                Cell::from(spread_of(estimate)),
+                Cell::from(number(estimate.interval.map(|[low, _]| low))),
+                Cell::from(number(estimate.interval.map(|[_, high]| high))),
+                Cell::from(number(estimate.posterior_sd)),
+                Cell::from(number(estimate.reversals_sd)),
                 Cell::from(estimate.answers.to_string()),
                 Cell::from(estimate.decided().word()),
                 Cell::from(open.join("; ")),

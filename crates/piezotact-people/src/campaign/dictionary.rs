@@ -277,8 +277,8 @@ impl<'a> Described<'a> {
             };
             let mut words = vec![format!("rendered vibration of {}", made.of)];
             words.extend(made.of_spectrum());
-            let level = made.level_of.as_ref();
-            let level = level.map_or(String::new(), |of| format!(" at the rms level of {of}"));
+            let level = made.level_in_words();
+            let level = level.map_or(String::new(), |of| format!(" at {of}"));
             format!("{}{level}", words.join(", "))
         };
         let names = self.protocol.rendered_in(self.task).into_iter();

@@ -3,6 +3,7 @@
 mod check;
 mod library;
 mod method;
+mod reference;
 mod stimulus;
 
 use std::collections::BTreeMap;
@@ -14,6 +15,8 @@ use super::design::{Comparison, Factor, PairsWanted, Scoring};
 pub use check::{ProtocolError, read};
 pub use library::{LIBRARY, from_library};
 pub use method::{Adaptive, Catch, Level, Method, Question, Training};
+pub use reference::reference;
+pub(super) use stimulus::rms_in_words;
 pub use stimulus::{BandStated, Stimulus};
 
 /// The version of the form of protocols that this program reads.

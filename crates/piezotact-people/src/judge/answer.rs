@@ -14,6 +14,10 @@ pub(super) const AXES: usize = 1 + CUE_BANDS;
 /// The negative logarithms of the centroids, Hz, at the ends of a scale, for who goes by the spectrum alone.
 const SPECTRUM_ENDS: [f64; 2] = [-6.214_608_098_422_191, -3.912_023_005_428_146];
 
+/// A rendered vibration of this rms is as strong as what is felt of none, m/s²: thresholds of 0.021 to 0.15 m/s² between 20 and 315 Hz (Morioka
+/// and Griffin 2006, J. Sound Vib. 295:633).
+const DETECTED_M_S2: f64 = 0.03;
+
 /// A person who judges.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
@@ -381,7 +385,7 @@ impl Person {
     /// The mean and the standard deviation of a texture's roughness as it is sensed.
     pub(super) fn roughness(&self, look: Look<'_>, moment: Moment) -> (f64, f64) {
         let noise = self.touch.noise_at(moment) / look.looks.sqrt();
-        let level = look.cues.ln_rms + look.bias;
+        let level = self.felt_level(look.cues) + look.bias;
         let level_noise = noise * self.level_noise(look.cues);
         match self.judge {
             Judge::Guesser => (0.0, 1.0),
@@ -392,6 +396,14 @@ impl Person {
                 let spatial = (period.max(1e-4) / 1e-4).ln();
                 (level + self.touch.spatial_weight * spatial, level_noise)
             }
+        }
+    }
+
+    /// The level of a texture, in the natural logarithm of rms: a rendered one far below what is detected is felt as nothing.
+    fn felt_level(&self, cues: &Cues) -> f64 {
+        match cues.surface {
+            Some(_) => cues.ln_rms,
+            None => 0.5 * ((2.0 * cues.ln_rms).exp() + DETECTED_M_S2.powi(2)).ln(),
         }
     }
 

@@ -201,11 +201,21 @@ pub(super) const THRESHOLDS: &[(&str, &str, &str)] = &[
         "",
         "The threshold, in the unit of the levels of the task.",
     ),
-    ("standard_deviation", "", "Its standard deviation."),
     (
-        "standard_deviation_of",
+        "interval_low",
         "",
-        "What it is of: `posterior` (of QUEST+), or `reversals` (the counted ones of a staircase, no standard error).",
+        "The lower end of the 95 % interval of a decided threshold of QUEST+; a staircase has none.",
+    ),
+    ("interval_high", "", "Its upper end."),
+    (
+        "posterior_sd",
+        "",
+        "The standard deviation of the posterior, of QUEST+.",
+    ),
+    (
+        "reversals_sd",
+        "",
+        "The standard deviation of the counted reversals of a staircase, no standard error.",
     ),
     ("answers", "", "How many answers it comes from."),
     (

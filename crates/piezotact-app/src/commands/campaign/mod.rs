@@ -48,7 +48,7 @@ enum CampaignCommand {
     Design(design::Arguments),
     /// Writes a protocol of the library as a file, lists the library, or prints the data dictionary of a protocol.
     #[command(
-        after_help = "The dictionary says what each column of the table of answers means, task by task; the columns are those that\n`piezotact answers` reads.\n\nExample:\n  piezotact campaign protocol\n  piezotact campaign protocol isotropic_triplets --out own.toml\n  piezotact campaign protocol isotropic_triplets --dictionary"
+        after_help = "The dictionary says what each column of the table of answers means, task by task; the columns are those that\n`piezotact answers` reads.\n\nExample:\n  piezotact campaign protocol\n  piezotact campaign protocol isotropic_triplets --out own.toml\n  piezotact campaign protocol isotropic_triplets --dictionary\n  piezotact campaign protocol --explain"
     )]
     Protocol(protocol::Arguments),
     /// Makes a study: a folder with the protocol, its seed, and the store of all sessions.

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use piezotact::page::{Cell, Column, Table};
-use piezotact_people::campaign::protocol::{LIBRARY, read};
+use piezotact_people::campaign::protocol::{LIBRARY, read, reference};
 use piezotact_report::report;
 
 use super::{dictionary, no_protocol};
@@ -19,6 +19,9 @@ pub(super) struct Arguments {
     /// Prints what each column of the table of answers means, task by task.
     #[arg(long, requires = "protocol", conflicts_with = "out")]
     dictionary: bool,
+    /// Prints all fields that a protocol can state: type, allowed values, default and meaning.
+    #[arg(long, conflicts_with_all = ["protocol", "dictionary", "out", "json"])]
+    explain: bool,
     /// Writes the protocol to a file (TOML) instead of standard output.
     #[arg(long, value_name = "FILE.toml", requires = "protocol")]
     out: Option<PathBuf>,
@@ -30,6 +33,9 @@ pub(super) struct Arguments {
 pub(super) fn run(args: &Arguments) -> Outcome {
     let written: Vec<&Path> = args.out.iter().map(PathBuf::as_path).collect();
     outputs(&[], &written)?;
+    if args.explain {
+        return print(reference().trim_end());
+    }
     let Some(named) = &args.protocol else {
         return print(&report::text(&library()?)?);
     };

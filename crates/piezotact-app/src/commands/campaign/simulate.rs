@@ -7,11 +7,12 @@ pub(super) mod which;
 use piezotact_volunteers::VolunteerError;
 use std::collections::BTreeSet;
 use std::ops::RangeInclusive;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Error, anyhow};
 use clap::Args;
 use piezotact::quantity::Decibels;
+use piezotact_dataset::{ReadOptions, read_recording};
 use piezotact_people::campaign::chain::Sha;
 use piezotact_people::campaign::protocol::Protocol;
 use piezotact_people::campaign::session::Stage;
@@ -61,8 +62,9 @@ pub(crate) struct Arguments {
     /// part.
     #[arg(long, default_value = "1001..1020", value_name = "FROM..TO", value_parser = members)]
     panel: RangeInclusive<u64>,
-    /// The twin's sample that a sample of the protocol is, such as P60=S2; once for each. Rough, biomimetic and smooth are M8, BIO and M3.
-    #[arg(long, value_name = "NAME=SAMPLE", value_parser = surface)]
+    /// The twin's sample that a sample of the protocol is, such as P60=S2, or a recording of strokes on it, such as
+    /// velvet=velvet.parquet, which all volunteers meet; once for each. Rough, biomimetic and smooth are M8, BIO and M3.
+    #[arg(long, value_name = "NAME=SAMPLE|FILE", value_parser = surface)]
     surface: Vec<(String, String)>,
 }
 
@@ -73,7 +75,7 @@ fn surface(text: &str) -> Result<(String, String), String> {
             Ok((name.to_owned(), sample.to_owned()))
         }
         _ => Err(format!(
-            "expected a sample of the protocol and one of the twin such as P60=S2, found `{text}`"
+            "expected a sample of the protocol and one of the twin or a recording such as P60=S2, found `{text}`"
         )),
     }
 }
@@ -194,7 +196,7 @@ fn asked<'a>(
     participants: u32,
 ) -> Outcome<Simulation<'a>> {
     let protocol = &campaign.protocol;
-    let simulation = simulation(args, protocol, campaign.protocol_sha);
+    let simulation = simulation(args, protocol, campaign.protocol_sha)?;
     let Some(panel) = simulation.panel() else {
         return Ok(simulation);
     };
@@ -207,7 +209,11 @@ fn asked<'a>(
     })
 }
 
-fn simulation<'a>(args: &Arguments, protocol: &'a Protocol, protocol_sha: Sha) -> Simulation<'a> {
+fn simulation<'a>(
+    args: &Arguments,
+    protocol: &'a Protocol,
+    protocol_sha: Sha,
+) -> Outcome<Simulation<'a>> {
     let mut simulation = Simulation {
         judge: args.judge,
         level: args.level,
@@ -215,9 +221,20 @@ fn simulation<'a>(args: &Arguments, protocol: &'a Protocol, protocol_sha: Sha) -
         ..Simulation::usual(protocol, protocol_sha, args.seed)
     };
     for (name, sample) in &args.surface {
-        simulation.surfaces.insert(name.clone(), sample.clone());
+        let path = Path::new(sample);
+        if is_recording(sample) {
+            let recording = read_recording(path, &ReadOptions::default())?.recording;
+            simulation = simulation.with_recorded(name, recording)?;
+        } else {
+            simulation.surfaces.insert(name.clone(), sample.clone());
+        }
     }
-    simulation
+    Ok(simulation)
+}
+
+/// Whether a surface is a file: the samples of the twin have names without a dot.
+fn is_recording(sample: &str) -> bool {
+    sample.contains('.') || Path::new(sample).is_file()
 }
 
 /// The campaign, from where the study has it.
@@ -285,11 +302,12 @@ fn study(args: &Arguments) -> Outcome<(Study, SessionLock)> {
         )));
     }
     if !piezotact_dataset::reads::is_there(&args.study.join("campaign.json")) {
-        let wanted = simulation(args, &protocol, Sha::of(text.as_bytes()));
-        for name in &protocol.samples {
+        let wanted = simulation(args, &protocol, Sha::of(text.as_bytes()))?;
+        let not_recorded = |name: &&String| !wanted.recorded.contains_key(*name);
+        for name in protocol.samples.iter().filter(not_recorded) {
             wanted.surface(name).map_err(|error| {
                 let todo = format!(
-                    "the twin has no surface for {name} of the protocol; state one for it, such as --surface {name}=S8"
+                    "the twin has no surface for {name} of the protocol, and no strokes on it are given; state one of both, such as --surface {name}=S8 or --surface {name}={name}.parquet"
                 );
                 Failure::Data(Error::new(error).context(todo))
             })?;
@@ -353,6 +371,6 @@ fn study(args: &Arguments) -> Outcome<(Study, SessionLock)> {
             )));
         }
     }
-    Settings::of(args, &protocol).keep(&study)?;
+    Settings::of(args, &protocol)?.keep(&study)?;
     Ok((study, alone))
 }

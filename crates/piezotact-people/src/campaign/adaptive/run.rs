@@ -94,8 +94,13 @@ impl fmt::Display for ThresholdCriterion {
 pub struct ThresholdEstimate {
     /// The threshold, in the unit of the levels; absent with fewer than two reversals that count.
     pub level: Option<f64>,
-    /// Its standard deviation: of the posterior of QUEST+, of the counted reversals of a staircase, which is no standard error.
-    pub sd: Option<f64>,
+    /// The standard deviation of the posterior of QUEST+.
+    pub posterior_sd: Option<f64>,
+    /// The standard deviation of the counted reversals of a staircase, which is no standard error: they are not independent.
+    pub reversals_sd: Option<f64>,
+    /// The interval of 95 % of a threshold of QUEST+ that is decided. A staircase has none: Student's t over the pairs of its reversals holds the
+    /// truth in 74 % of runs.
+    pub interval: Option<[f64; 2]>,
     /// The answers that it is made from.
     pub answers: u32,
     /// What was judged.
@@ -200,14 +205,14 @@ impl AdaptiveRun {
         };
         let answers = f64::from(self.answers);
         let mut criteria = Vec::new();
-        let (level, sd) = match &self.method {
+        let (level, posterior_sd, reversals_sd) = match &self.method {
             Method::QuestPlus(run) => {
                 let found = run.estimate();
                 let wanted = Limit::at_least(f64::from(self.at_most));
                 criteria.push(exact(What::Answers, "", answers, wanted));
                 let limit = Limit::at_most(LARGEST_AT_ENDS_SHARE);
                 criteria.push(exact(What::AtEnds, "", found.at_ends_share, limit));
-                (Some(found.threshold_db), Some(found.threshold_sd_db))
+                (Some(found.threshold_db), Some(found.threshold_sd_db), None)
             }
             Method::Staircase { run, reversals } => {
                 let found = run.estimate();
@@ -219,17 +224,21 @@ impl AdaptiveRun {
                 criteria.push(exact(What::Clamped, "", share, limit));
                 (
                     found.map(|found| found.level),
+                    None,
                     found.map(|found| found.reversals_sd),
                 )
             }
         };
         let ends = (self.levels_db.first(), self.levels_db.last());
+        let sd = posterior_sd.or(reversals_sd);
         let (Some(level_db), Some(sd_db), (Some(lowest), Some(highest))) = (level, sd, ends) else {
             let limit = Limit::at_most(largest_sd_db);
             criteria.push(Criterion::unmeasured(What::Spread, "dB", limit));
             return ThresholdEstimate {
                 level: None,
-                sd: None,
+                posterior_sd: None,
+                reversals_sd: None,
+                interval: None,
                 answers: self.answers,
                 criteria,
             };
@@ -237,10 +246,7 @@ impl AdaptiveRun {
         let spread = Limit::at_most(largest_sd_db);
         criteria.push(exact(What::Spread, "dB", sd_db, spread));
         // QUEST+ knows how probable other thresholds are; the reversals of a staircase only stand within its levels.
-        let reach = match self.method {
-            Method::QuestPlus(_) => Z_95 * sd_db,
-            Method::Staircase { .. } => 0.0,
-        };
+        let reach = posterior_sd.map_or(0.0, |sd_db| Z_95 * sd_db);
         let interval = Some([level_db - reach, level_db + reach]);
         for (what, limit) in [
             (What::AboveLowest, Limit::at_least(*lowest)),
@@ -248,9 +254,12 @@ impl AdaptiveRun {
         ] {
             criteria.push(Criterion::new(what, "dB", level_db, interval, limit));
         }
+        let is_decided = criteria.iter().all(|one| one.outcome == Outcome::Met);
         ThresholdEstimate {
             level,
-            sd,
+            posterior_sd,
+            reversals_sd,
+            interval: interval.filter(|_| is_decided && posterior_sd.is_some()),
             answers: self.answers,
             criteria,
         }

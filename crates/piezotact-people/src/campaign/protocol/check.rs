@@ -5,6 +5,7 @@ mod limits;
 
 use std::collections::BTreeSet;
 
+use super::reference::misfit;
 use super::{Block, FORM, Labels, Method, Over, Protocol, Sequence, Task, TaskKind};
 
 /// Why a text is no protocol that can be run.
@@ -143,14 +144,23 @@ pub fn read(toml: &str) -> Result<Protocol, ProtocolError> {
     Ok(protocol)
 }
 
-/// What the reader of TOML says, with the line, without the picture that it draws of it.
+/// What does not fit, with the line: by the table of fields, else in the words of the reader without the picture that it draws.
 fn in_one_sentence(toml: &str, error: &toml::de::Error) -> String {
-    let why = error.message().trim().replace('\n', ", ");
-    let before = error.span().and_then(|span| toml.get(..span.start));
-    match before {
-        None => why,
-        Some(before) => format!("line {}: {why}", before.matches('\n').count() + 1),
-    }
+    let file = toml.parse::<toml::Table>().ok().map(toml::Value::Table);
+    let misfit = file.as_ref().and_then(misfit);
+    let said = error.message().trim().replace('\n', ", ");
+    let from = error.span().map(|span| span.start);
+    let Some((before, after)) = from.and_then(|at| toml.split_at_checked(at)) else {
+        return misfit.map_or(said, |one| one.why);
+    };
+    let names = |line: &str, field: &str| {
+        let mut parts = line.split(['{', ',', '=', '[', ']', '.']);
+        parts.any(|part| part.trim() == field)
+    };
+    let field = misfit.as_ref().map(|one| one.field.as_str());
+    let further = field.and_then(|field| after.lines().position(|line| names(line, field)));
+    let line = before.matches('\n').count() + 1 + further.unwrap_or(0);
+    format!("line {line}: {}", misfit.map_or(said, |one| one.why))
 }
 
 fn check(protocol: &Protocol) -> Result<(), ProtocolError> {
@@ -244,9 +254,17 @@ fn stimuli(protocol: &Protocol) -> Result<(), ProtocolError> {
                 ),
             });
         }
+        if stimulus.rms_db.is_some() && (stimulus.level_of.is_some() || stimulus.gain_db.is_some())
+        {
+            return Err(ProtocolError::Place {
+                place,
+                why: "`rms_db` states the level alone: leave out `level_of` and `gain_db`, or `rms_db`".to_owned(),
+            });
+        }
         let band_db = stimulus.band.and_then(|band| band.gain_db);
         for (what, found, (least, most), expected) in [
             ("gain_db", stimulus.gain_db, (-60.0, 60.0), "-60 to 60"),
+            ("rms_db", stimulus.rms_db, (-60.0, 40.0), "-60 to 40"),
             ("band.gain_db", band_db, (-60.0, 60.0), "-60 to 60"),
             ("warp", stimulus.warp, (0.1, 10.0), "0.1 to 10"),
             (

@@ -1,9 +1,9 @@
-//! The protocols that come with the program: those of the thesis, and one of thresholds.
+//! The protocols that come with the program: those of the thesis, and two of thresholds.
 
 use super::{Protocol, ProtocolError, read};
 
 /// The protocols by name, as TOML.
-pub const LIBRARY: [(&str, &str); 6] = [
+pub const LIBRARY: [(&str, &str); 7] = [
     (
         "periodic_pilot",
         include_str!("../../../protocols/periodic_pilot.toml"),
@@ -28,6 +28,10 @@ pub const LIBRARY: [(&str, &str); 6] = [
         "roughness_jnd",
         include_str!("../../../protocols/roughness_jnd.toml"),
     ),
+    (
+        "detection_threshold",
+        include_str!("../../../protocols/detection_threshold.toml"),
+    ),
 ];
 
 /// The protocol called `name`, or `None`.
@@ -35,7 +39,7 @@ pub const LIBRARY: [(&str, &str); 6] = [
 /// # Errors
 /// [`ProtocolError`]; not for those of [`LIBRARY`], which a test reads.
 ///
-/// Source: thesis 2.6, 4.3, 4.4, 5.3, 6.2; `roughness_jnd`: docs/decisions/campaigns.md.
+/// Source: thesis 2.6, 4.3, 4.4, 5.3, 6.2; `roughness_jnd`, `detection_threshold`: docs/decisions/campaigns.md.
 pub fn from_library(name: &str) -> Result<Option<Protocol>, ProtocolError> {
     LIBRARY
         .iter()

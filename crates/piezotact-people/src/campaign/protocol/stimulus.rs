@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use piezotact::feature::FeatureConfig;
 use piezotact::lineage::{BandChange, Level, WarpedLength};
 use piezotact::manipulate::{
-    ManipulateError, Texture, change_band, gain, rms_of, shift, spectrum_of, warp,
+    ManipulateError, Texture, change_band, gain, level, rms_of, shift, spectrum_of, warp,
 };
 use piezotact::quantity::{Acceleration, Band, Decibels, Hertz};
 use serde::{Deserialize, Serialize};
@@ -41,6 +41,9 @@ pub struct Stimulus {
     /// How much higher its rms level is than that, in dB; absent where it is not changed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gain_db: Option<f64>,
+    /// Its rms level in dB re 1 m/s², -60 to 40, for detection thresholds, in place of `level_of` and `gain_db`; absent where it follows from samples.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rms_db: Option<f64>,
     /// Whose transfer function it is rendered with, where it is not that of `rendering`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub transfer_function: Option<TransferFunctionUse>,
@@ -78,6 +81,16 @@ impl Stimulus {
     #[must_use]
     pub fn gain_db(&self) -> f64 {
         self.gain_db.unwrap_or(0.0)
+    }
+
+    /// Its level in words: `the rms level of S13`, `-30 dB re 1 m/s²`; absent where it is its own.
+    #[must_use]
+    pub fn level_in_words(&self) -> Option<String> {
+        let of = self
+            .level_of
+            .as_ref()
+            .map(|of| format!("the rms level of {of}"));
+        self.rms_db.map(rms_in_words).or(of)
     }
 
     /// The sample that the hypothesis expects as answer.
@@ -135,6 +148,11 @@ impl Stimulus {
     }
 }
 
+/// A stated rms level.
+pub(in crate::campaign) fn rms_in_words(rms_db: f64) -> String {
+    format!("{rms_db} dB re 1 m/s²")
+}
+
 impl BandStated {
     /// What is done to it.
     #[must_use]
@@ -181,6 +199,11 @@ impl Stimulus {
         if let Some(band) = self.band {
             let done = change_band(&texture.series, band.hz, band.change())?;
             texture = texture.then(done);
+        }
+        if let Some(rms_db) = self.rms_db {
+            let own = Decibels::from_amplitude_ratio(level(&texture.series, Level::Whole)?);
+            let done = gain(&texture.series, Decibels(rms_db - own.0))?;
+            return Ok(texture.then(done));
         }
         // What was done to its spectrum may have changed its level too.
         let changed = !self.keeps_waveform() && self.gain_db.is_some();
@@ -290,5 +313,41 @@ impl Protocol {
         let known = catch.flat_map(|catch| catch.known.iter().flatten());
         let counted = self.tasks.iter().flat_map(|task| self.rendered_in(task));
         counted.chain(known.map(String::as_str)).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use piezotact::quantity::SampleRate;
+    use piezotact::series::Series;
+
+    use super::super::{from_library, read};
+    use super::*;
+
+    #[test]
+    fn a_stated_rms_is_that_of_the_texture_whatever_the_stroke() {
+        let protocol = from_library("detection_threshold").unwrap().unwrap();
+        let made = protocol.stimulus("S8 at -30 dB").unwrap();
+        for peak in [0.02, 7.0] {
+            let samples = (0..4000).map(|i| 0.5 + peak * (f64::from(i) * 0.3).sin());
+            let rate = SampleRate::new(4000.0).unwrap();
+            let stroke = Texture::of("S8", Series::new(samples.collect(), rate).unwrap());
+            let texture = made
+                .texture(|name| (name == "S8").then_some(&stroke))
+                .unwrap();
+            let rms = texture.series.rms_about_mean().value;
+            assert!((rms - 10_f64.powf(-1.5)).abs() < 1e-12, "{rms}");
+        }
+        assert_eq!(made.level_in_words().unwrap(), "-30 dB re 1 m/s²");
+        let toml = super::super::LIBRARY[6].1;
+        let refused =
+            |from: &str, to: &str| read(&toml.replacen(from, to, 1)).unwrap_err().to_string();
+        let both = refused("rms_db = -42", "rms_db = -42, gain_db = 3");
+        assert!(
+            both.contains("stimulus S8 at -42 dB: `rms_db` states the level alone"),
+            "{both}"
+        );
+        let louder = refused("rms_db = -42", "rms_db = -30");
+        assert!(louder.contains("must increase"), "{louder}");
     }
 }

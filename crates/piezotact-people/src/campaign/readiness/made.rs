@@ -7,7 +7,7 @@ use piezotact::quantity::{Acceleration, Decibels};
 use piezotact::series::Series;
 
 use super::super::chain::Sha;
-use super::super::protocol::{Protocol, Stimulus};
+use super::super::protocol::{Protocol, Stimulus, rms_in_words};
 use super::{NotReady, RenderingFacts};
 
 /// Two levels that differ by less are one, dB: protocols state three decimals.
@@ -172,12 +172,27 @@ impl Compared<'_> {
     /// The level that the lineage states, with that of the rendering: relative to the level at which most drives are rendered.
     fn level(&self) -> Option<Difference> {
         let (made, facts) = (self.made, self.facts);
+        if let Some(rms_db) = made.rms_db {
+            let found = Decibels::from_amplitude_ratio(facts.texture.rms_about_mean().value);
+            let found_db = found.0 + facts.level_db;
+            return ((found_db - rms_db).abs() > SAME_LEVEL_DB).then(|| {
+                (
+                    rms_in_words(rms_db),
+                    format!(
+                        "{found_db:.3} dB re 1 m/s², rendered at {} dB",
+                        facts.level_db
+                    ),
+                    format!("the samples of {}", facts.target_file),
+                )
+            });
+        }
         let (sample, level_of, gain_db) = (made.of.as_str(), made.level_of(), made.gain_db());
         let nothing = Lineage::default();
         let lineage = facts.lineage.as_ref().unwrap_or(&nothing);
         let (of, by_db) = lineage.level();
         let without_stated = |other: &RenderingFacts| {
             let stated = self.protocol.stimulus(&other.stimulus)?;
+            let stated = Some(stated).filter(|one| one.rms_db.is_none())?;
             let by_db = other.lineage.as_ref().map_or(0.0, |one| one.level().1);
             Some(other.level_db + by_db - stated.gain_db())
         };
@@ -203,6 +218,9 @@ impl Compared<'_> {
     }
 
     fn stated_level(&self) -> String {
+        if let Some(rms_db) = self.made.rms_db {
+            return rms_in_words(rms_db);
+        }
         let (level_of, itself) = match self.made.level_of() {
             other if other == self.made.of => (other, " itself"),
             other => (other, ""),
@@ -241,7 +259,7 @@ impl Compared<'_> {
     fn level_of_samples(&self) -> Option<Difference> {
         let made = self.made;
         let plain = self.plain(made.level_of())?;
-        if !made.states_level() || self.is_cut_again() {
+        if made.rms_db.is_some() || !made.states_level() || self.is_cut_again() {
             return None;
         }
         let [own, other] = [&self.facts.texture, &plain.texture].map(|x| x.rms_about_mean().value);
@@ -330,8 +348,11 @@ impl Compared<'_> {
 
     /// The level that was to be reached, as it was measured on the bench.
     fn measured_level(&self) -> Option<Difference> {
-        let plain = self.plain(self.made.level_of())?;
-        let found_db = self.facts.level_error_db? - plain.level_error_db?;
+        let of_plain_db = match self.made.rms_db {
+            Some(_) => 0.0,
+            None => self.plain(self.made.level_of())?.level_error_db?,
+        };
+        let found_db = self.facts.level_error_db? - of_plain_db;
         (found_db.abs() > MEASURED_LEVEL_DB).then(|| {
             (
                 format!("{} within ±{MEASURED_LEVEL_DB} dB", self.stated_level()),

@@ -36,9 +36,10 @@ pub struct PreparedStimulus {
     /// What is done to its spectrum.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub spectrum: Vec<String>,
-    /// The sample whose rms level it has.
+    /// The sample whose rms level it has; `1 m/s²` where the protocol states the level.
     pub level_of: String,
-    /// The level that was to be reached, dB re the plain stimulus of that sample; absent where the protocol states a spectrum alone.
+    /// The level that was to be reached, dB re the plain stimulus of that sample, or re 1 m/s²; absent where the protocol states a spectrum
+    /// alone.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stated_db: Option<f64>,
     /// The level of its target as it was rendered, m/s² rms.
@@ -94,10 +95,17 @@ pub fn prepared_stimuli(
         let measured_m_s2 = |facts: &RenderingFacts| {
             Some(target_m_s2(facts) * Decibels(facts.level_error_db?).amplitude_ratio())
         };
-        let stated_db = stimulus.states_level().then(|| stimulus.gain_db());
-        let other = there(stimulus.level_of()).filter(|_| stated_db.is_some());
+        let stated_db = match stimulus.rms_db {
+            None => stimulus.states_level().then(|| stimulus.gain_db()),
+            stated => stated,
+        };
+        let re_m_s2 = match stimulus.rms_db {
+            Some(_) => Some(1.0),
+            None => there(stimulus.level_of()).and_then(measured_m_s2),
+        };
+        let re_m_s2 = re_m_s2.filter(|_| stated_db.is_some());
         let measured_db = (own.and_then(measured_m_s2))
-            .zip(other.and_then(measured_m_s2))
+            .zip(re_m_s2)
             .map(|(own, other)| Decibels::from_amplitude_ratio(own / other).0);
         let drive = drives
             .textures
@@ -109,7 +117,10 @@ pub fn prepared_stimuli(
             stimulus: stimulus.name.clone(),
             of: stimulus.of.clone(),
             spectrum: stimulus.of_spectrum(),
-            level_of: stimulus.level_of().to_owned(),
+            level_of: match stimulus.rms_db {
+                Some(_) => "1 m/s²".to_owned(),
+                None => stimulus.level_of().to_owned(),
+            },
             stated_db,
             target_m_s2: own.map(target_m_s2),
             measured_m_s2: own.and_then(measured_m_s2),

@@ -12,6 +12,7 @@ mod panels;
 mod thresholds;
 
 use anyhow::{Result, bail, ensure};
+use piezotact::statistics::{mean, standard_deviation};
 use piezotact_people::interval::clopper_pearson;
 
 use super::verdicts::in_threads;
@@ -39,6 +40,8 @@ struct Found {
     concluded: Option<bool>,
     /// Whether the interval holds the truth; `None` where there is none.
     holds: Option<bool>,
+    /// How far an estimate that is decided is from the truth, in its unit.
+    error: Option<f64>,
 }
 
 impl Found {
@@ -46,6 +49,7 @@ impl Found {
         Self {
             concluded,
             holds: None,
+            error: None,
         }
     }
 
@@ -54,6 +58,7 @@ impl Found {
         Self {
             concluded: None,
             holds: interval.map(|[low, high]| low <= truth && truth <= high),
+            error: None,
         }
     }
 }
@@ -336,6 +341,15 @@ impl Scenario {
                 cells[3],
                 cells[4]
             );
+            let errors: Vec<f64> = null.iter().filter_map(|found| found[at].error).collect();
+            if errors.len() > 1 {
+                println!(
+                    "    decided in {}: bias {:+.2} dB, spread {:.2} dB",
+                    errors.len(),
+                    mean(&errors),
+                    standard_deviation(&errors)
+                );
+            }
         }
         Ok((rates, missed))
     }

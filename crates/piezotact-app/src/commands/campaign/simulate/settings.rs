@@ -1,8 +1,10 @@
 //! How a study was simulated: kept with it, so that it goes on in the same way, and read beside its answers.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use anyhow::anyhow;
+use piezotact_dataset::reads::sha256_of_file;
 use piezotact_people::campaign::protocol::{Protocol, TransferFunctionUse};
 use piezotact_people::judge::Judge;
 use piezotact_volunteers::LevelRule;
@@ -30,7 +32,15 @@ pub(crate) struct Settings {
 
 impl Settings {
     /// Those of the arguments for a campaign of `protocol`.
-    pub(super) fn of(args: &Arguments, protocol: &Protocol) -> Self {
+    pub(super) fn of(args: &Arguments, protocol: &Protocol) -> Outcome<Self> {
+        let surfaces = args.surface.iter().map(|(name, sample)| {
+            let sample = match super::is_recording(sample) {
+                // A recording is known by what is in it.
+                true => format!("{sample} ({})", sha256_of_file(Path::new(sample))?),
+                false => sample.clone(),
+            };
+            Ok((name.clone(), sample))
+        });
         let rendering = protocol.rendering.as_ref();
         let has_panel = rendering.is_some_and(|rendering| {
             matches!(
@@ -38,7 +48,7 @@ impl Settings {
                 TransferFunctionUse::Average { .. }
             )
         });
-        Self {
+        Ok(Self {
             form: FORM,
             judge: args.judge,
             level: match args.level {
@@ -48,8 +58,8 @@ impl Settings {
             },
             iterations: args.iterations,
             panel: has_panel.then(|| [*args.panel.start(), *args.panel.end()]),
-            surfaces: args.surface.iter().cloned().collect(),
-        }
+            surfaces: surfaces.collect::<Outcome<_>>()?,
+        })
     }
 
     /// The first option in which `other` differs: its name, what it is here, and what there.

@@ -74,6 +74,7 @@ fn run(protocol: &Protocol, place: &str, adaptive: &Adaptive) -> Result<(), Prot
         .collect();
     let at_no_gain = |one: &Stimulus| Stimulus {
         gain_db: None,
+        rms_db: one.rms_db.map(|_| 0.0),
         ..one.clone()
     };
     let first = at_no_gain(&rendered[0]);
@@ -82,7 +83,8 @@ fn run(protocol: &Protocol, place: &str, adaptive: &Adaptive) -> Result<(), Prot
         .all(|one| at_no_gain(one).is_made_as(&first))
     {
         for pair in rendered.windows(2) {
-            let [before, found] = [&pair[0], &pair[1]].map(|one| one.gain_db());
+            let [before, found] =
+                [&pair[0], &pair[1]].map(|one| one.rms_db.unwrap_or(one.gain_db()));
             falls(found, before, "gains of standard and levels, in dB,")?;
         }
     }

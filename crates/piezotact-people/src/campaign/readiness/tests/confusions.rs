@@ -540,3 +540,37 @@ fn a_stimulus_of_another_spectrum_is_compared_with_what_the_protocol_states() {
     assert!(refused("shift_hz = nan").contains("shift_hz"));
     assert!(refused("spectrum_of = \"S99\"").contains("sample `S99` is not declared"));
 }
+
+#[test]
+fn a_stated_level_is_compared_with_that_of_the_samples() {
+    let protocol = library("detection_threshold");
+    let at = |level_db: f64, change: &dyn Fn(&mut [RenderingFacts])| {
+        said_of(&protocol, &|drives| {
+            drives.iter_mut().for_each(|one| one.level_db = level_db);
+            change(drives);
+        })
+    };
+    assert_eq!(at(0.0, &|_| {}), [""; 0]);
+    let lowered = at(-2.5, &|_| {});
+    assert!(
+        lowered.iter().any(|one| one.contains(
+            "S8 at -30 dB: expected -30 dB re 1 m/s², found -32.500 dB re 1 m/s², rendered at -2.5 dB"
+        )),
+        "{lowered:?}"
+    );
+    let louder = at(0.0, &|drives| {
+        let rms_db = Some(-28.5);
+        made_otherwise(drives, "S8 at -30 dB", &Stimulus { rms_db, ..of("S8") });
+    });
+    assert!(
+        louder.len() == 1 && louder[0].contains("found -28.500 dB"),
+        "{louder:?}"
+    );
+    let measured = at(0.0, &|drives| {
+        named(drives, "S8 at -30 dB").level_error_db = Some(1.5)
+    });
+    assert!(
+        measured.len() == 1 && measured[0].contains("+1.50 dB from it"),
+        "{measured:?}"
+    );
+}

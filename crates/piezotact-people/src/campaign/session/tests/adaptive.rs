@@ -179,7 +179,7 @@ fn thresholds_of_simulated_observers_are_recovered() {
             // The level of 79.4 % right answers lies below the Weibull threshold of 80.3 %.
             let error = found.level.unwrap() - observer.threshold_db;
             if task == "quest" {
-                within += u32::from(error.abs() <= 1.96 * found.sd.unwrap());
+                within += u32::from(error.abs() <= 1.96 * found.posterior_sd.unwrap());
             }
             errors.entry(task).or_default().push(error);
             *decided.entry(task).or_default() += u32::from(found.decided() == Outcome::Met);
