@@ -12,6 +12,7 @@ mod haptic_limits;
 mod lvm;
 mod matlab;
 mod matlab_recordings;
+mod matlab_units;
 mod newer_files;
 mod npy;
 #[path = "../../piezotact/tests/shared_data/mod.rs"]

@@ -40,11 +40,11 @@ fn numbers(name: &str, dims: [usize; 2], values: &[f64]) -> Vec<u8> {
     array(name, 6, dims, &element(9, &bytes))
 }
 
-fn column(name: &str, values: &[f64]) -> Vec<u8> {
+pub(crate) fn column(name: &str, values: &[f64]) -> Vec<u8> {
     numbers(name, [values.len(), 1], values)
 }
 
-fn text(name: &str, value: &str) -> Vec<u8> {
+pub(crate) fn text(name: &str, value: &str) -> Vec<u8> {
     array(
         name,
         4,
@@ -53,12 +53,12 @@ fn text(name: &str, value: &str) -> Vec<u8> {
     )
 }
 
-fn cells(name: &str, values: &[Vec<u8>]) -> Vec<u8> {
+pub(crate) fn cells(name: &str, values: &[Vec<u8>]) -> Vec<u8> {
     array(name, 1, [1, values.len()], &values.concat())
 }
 
 /// Structures with these fields, the values of the first element first.
-fn structures(name: &str, fields: &[&str], elements: &[Vec<Vec<u8>>]) -> Vec<u8> {
+pub(crate) fn structures(name: &str, fields: &[&str], elements: &[Vec<Vec<u8>>]) -> Vec<u8> {
     let names: Vec<u8> = fields
         .iter()
         .flat_map(|field| {
@@ -81,7 +81,7 @@ fn file_of(arrays: &[Vec<u8>]) -> Vec<u8> {
     bytes
 }
 
-fn read(arrays: &[Vec<u8>]) -> Result<Recording, String> {
+pub(crate) fn read(arrays: &[Vec<u8>]) -> Result<Recording, String> {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("a.mat");
     std::fs::write(&file, file_of(arrays)).unwrap();
@@ -106,7 +106,7 @@ fn channels(recording: &Recording) -> Vec<(&str, f64, f64, &[f64])> {
         .collect()
 }
 
-fn says(recording: &Recording, part: &str) -> bool {
+pub(crate) fn says(recording: &Recording, part: &str) -> bool {
     let mut warnings = recording.about.warnings.iter();
     warnings.any(|warning| warning.to_string().contains(part))
 }
