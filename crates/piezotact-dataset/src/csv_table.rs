@@ -16,9 +16,10 @@ use crate::commas::{Ambiguous, Evidence, Signs, signs_of};
 use crate::date_time::{DAY_S, Stamp, Stamps, is_date};
 use crate::error::ReadError;
 use crate::open::ReadOptions;
+use crate::stated_rate::is_same_rate;
 use crate::text::text_of;
 use crate::time_column::is_time;
-use layout::{Layout, layout, rate_in, start_in};
+use layout::{Layout, layout, rates_in, start_in};
 
 /// More columns than this are no channels: samples stand in rows.
 const MOST_COLUMNS: usize = 4096;
@@ -159,8 +160,16 @@ pub(crate) fn read_table(
             "check the export",
         ));
     }
+    let mut rates = rates_in(&above, delimiter).into_iter();
+    let stated = rates.next();
+    if let Some((line, rate)) = &stated
+        && let Some((other, _)) = rates.find(|(_, other)| !is_same_rate(rate.hz(), other.hz()))
+    {
+        let what = format!("`{other}` contradicts `{line}` above the header: the second was used");
+        warnings.push(Warning::from(RecordingWarning::Guessed { what }));
+    }
     let mut table = Table {
-        stated: rate_in(&above, delimiter),
+        stated,
         started_at: start_in(&above),
         warnings,
         ..Table::default()

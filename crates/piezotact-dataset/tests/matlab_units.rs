@@ -145,3 +145,35 @@ fn a_structure_of_units_holds_by_names() {
         assert!(says(&recording, "`run.fn` without a unit is read in N"));
     }
 }
+
+/// A rate around a structure that has its own: with both numbers, unless channels have it.
+#[test]
+fn an_outer_rate_that_no_channel_has_is_said() {
+    let rates = |inner: f64, outer: f64| {
+        let run = vec![column("", &[1.0, 2.0]), column("", &[inner])];
+        vec![
+            structures("run", &["acc", "fs"], &[run]),
+            column("fs", &[outer]),
+        ]
+    };
+    let recording = read(&rates(500.0, 1000.0)).unwrap();
+    assert_eq!(recording.rate().hz(), 500.0);
+    assert!(says(
+        &recording,
+        "`fs` states 1000 Hz and was not used: `run.acc` has 500 Hz"
+    ));
+    assert_eq!(read(&rates(500.0, 500.0)).unwrap().about.warnings.len(), 1);
+    let both = [rates(500.0, 1000.0), vec![column("fz", &[1.0, 2.0, 3.0])]].concat();
+    assert!(!says(&read(&both).unwrap(), "was not used"));
+}
+
+/// Times of MATLAB with their unit at the end of their names.
+#[test]
+fn times_have_the_unit_at_their_ends() {
+    for (name, step) in [("t_us", 500.0), ("micros", 500.0), ("timestamp_ns", 5e5)] {
+        let time = column(name, &[0.0, step, 2.0 * step]);
+        let recording = read(&[column("acc", &[1.0, 2.0, 3.0]), time]).unwrap();
+        assert_eq!(recording.channels().len(), 1, "{name}");
+        assert!((recording.rate().hz() - 2000.0).abs() < 1e-9, "{name}");
+    }
+}

@@ -6,15 +6,19 @@
 use std::path::Path;
 
 use piezotact::Warning;
+use piezotact::number::digits;
 use piezotact::quantity::{SampleRate, Seconds};
 use piezotact::recording::Recording;
 
 use super::convert::{flat, holds_response, listed};
-use super::signals::{Found, Named, ROUNDED_TIMES, StatedRate, Variables, nearest_rate, run_of};
+use super::signals::{
+    Found, Named, ROUNDED_TIMES, StatedRate, Variables, nearest_rate, outwards, run_of,
+};
 use super::{MatFile, MatValue};
 use crate::columns::{Column, WithoutUnit, recording_of_bases};
 use crate::error::ReadError;
 use crate::open::ReadOptions;
+use crate::stated_rate::is_same_rate;
 use crate::time_column::{TimeBase, base_beside, base_of, choose_base, state_unit};
 
 /// Channels of one time, or of one place and rate.
@@ -100,7 +104,7 @@ pub(crate) fn recording_of(
             "numbers that may be the scale of a channel were not applied: {named} (a scale: --scale \"200 m/s2\")"
         ));
     }
-    let (placed, mut warnings) = on_clocks(path, groups, &mut found, options)?;
+    let (placed, mut warnings) = on_clocks(path, &variables, groups, &mut found, options)?;
     warnings.append(&mut found.warnings);
     let bases: Vec<(TimeBase, Seconds)> = (placed.iter())
         .map(|placed| (placed.base.clone(), Seconds(placed.start_s)))
@@ -224,6 +228,7 @@ struct Placed {
 /// The channels with their grids, and the warnings about the times.
 fn on_clocks(
     path: &Path,
+    variables: &Variables<'_>,
     groups: Vec<Group>,
     found: &mut Found,
     options: &ReadOptions,
@@ -303,7 +308,42 @@ fn on_clocks(
         });
     }
     one_after_the_other(&mut placed, found);
+    if options.rate.is_none() {
+        outer_rates(path, variables, &placed, found)?;
+    }
     Ok((placed, warnings))
+}
+
+/// Warns of rates around the channels that none of them has.
+fn outer_rates(
+    path: &Path,
+    variables: &Variables<'_>,
+    placed: &[Placed],
+    found: &mut Found,
+) -> Result<(), ReadError> {
+    let mut said = Vec::new();
+    for Placed { group, base, .. } in placed {
+        for place in outwards(&group.scope) {
+            for (name, hz) in variables.rates(path, place)? {
+                let is_used = |placed: &Placed| {
+                    let own = placed.group.stated.as_ref();
+                    is_same_rate(placed.base.rate.hz(), hz)
+                        || own.is_some_and(|own| own.name == name)
+                };
+                if said.contains(&name) || placed.iter().any(is_used) {
+                    continue;
+                }
+                found.guess(format!(
+                    "`{name}` states {} Hz and was not used: `{}` has {} Hz",
+                    digits(hz),
+                    group.columns[0].name,
+                    digits(base.rate.hz())
+                ));
+                said.push(name);
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Refuses one rate for channels of several.

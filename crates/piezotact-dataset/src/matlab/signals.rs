@@ -14,6 +14,7 @@ use super::{MatNumbers, MatValue};
 use crate::columns::Column;
 use crate::error::ReadError;
 use crate::stated_rate::{UNIT_WORDS, hz_of, may_be_scale, one_of, states_rate, without_word};
+use crate::time_column;
 
 /// Names of vectors of time, in small letters.
 pub(super) const TIMES: [&str; 7] = [
@@ -147,6 +148,17 @@ impl<'m> Variables<'m> {
             .or_else(|| self.unit_in_structure(&variable.scope, &variable.last))
     }
 
+    /// The rates that one place states, in Hz.
+    pub(super) fn rates(&self, path: &Path, scope: &str) -> Result<Vec<(String, f64)>, ReadError> {
+        let all = self.here(scope).filter(|one| states_rate(&one.last));
+        all.filter_map(|one| Some((one, one.value.scalar()?)))
+            .map(|(one, value)| {
+                let hz = hz_of(path, &one.last, value, self.unit_of(one).as_deref())?;
+                Ok((one.name.clone(), hz))
+            })
+            .collect()
+    }
+
     /// The texts of one place.
     fn texts(&self, scope: &str) -> Vec<(&Named<'m>, &'m str)> {
         self.here(scope)
@@ -273,7 +285,8 @@ impl Found {
             // `time_ms`: the unit may stand at its end.
             let header = Column::from_header(&variable.last);
             let unit = || variables.unit_of(variable);
-            if variable.is(&TIMES) || TIMES.contains(&header.name.as_str()) {
+            let is_called = |name: &str| TIMES.contains(&name) || time_column::is_time(name);
+            if is_called(&variable.last) || is_called(&header.name) {
                 let unit = unit().or(header.unit);
                 let time = found.times.add(&variable.name, unit, values);
                 found.times.places.push((variable.scope.clone(), at, time));
@@ -523,14 +536,7 @@ pub(super) fn nearest_rate(
     scope: &str,
 ) -> Result<Option<StatedRate>, ReadError> {
     for (far, place) in outwards(scope).enumerate() {
-        let mut rates = Vec::new();
-        for variable in variables.here(place).filter(|one| states_rate(&one.last)) {
-            if let Some(value) = variable.value.scalar() {
-                let unit = variables.unit_of(variable);
-                let hz = hz_of(path, &variable.last, value, unit.as_deref())?;
-                rates.push((variable.name.clone(), hz));
-            }
-        }
+        let mut rates = variables.rates(path, place)?;
         if variables.is_rate_given {
             rates.truncate(1);
         }

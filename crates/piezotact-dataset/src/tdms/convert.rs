@@ -16,7 +16,7 @@ use crate::columns::{Column, WithoutUnit, recording_of_bases, start_of_part};
 use crate::error::ReadError;
 use crate::lvm;
 use crate::open::ReadOptions;
-use crate::time_column::{TimeBase, base_of, choose_base, is_time, rate_of_step};
+use crate::time_column::{TimeBase, base_of, choose_base, is_time, rate_of_step, seconds_of};
 
 /// More names than this are not listed in a warning.
 const MOST_NAMED: usize = 6;
@@ -414,12 +414,8 @@ fn gap(object: &Object, step_s: f64, second: f64) -> Option<(u64, f64)> {
 /// Whether a channel holds the times of others.
 fn holds_times(signal: &Signal) -> bool {
     let name = Column::from_header(&signal.column.name).name;
-    let unit = signal
-        .column
-        .unit
-        .as_deref()
-        .map(|unit| Unit::parse(unit).0);
-    is_time(&name) && unit.is_none_or(|unit| unit == Unit::Second)
+    let unit = signal.column.unit.as_deref();
+    is_time(&name) && unit.is_none_or(|unit| seconds_of(unit).is_some())
 }
 
 /// The scales of a channel: its own, or those of its group or of the file.
