@@ -3,6 +3,7 @@
 mod blocks;
 mod catman;
 mod eeg;
+mod eeg_contradictions;
 mod eeg_damage;
 mod eeg_odd;
 mod eeg_written;

@@ -85,6 +85,18 @@ impl Segment<'_> {
         kind.unwrap_or_else(|| SignalKind::of(name, unit))
     }
 
+    /// The channels that are no electrodes, each with its kind in brackets: those among `names`, and the others.
+    #[must_use]
+    pub fn no_electrodes(&self, names: &[String]) -> [Vec<String>; 2] {
+        let channels = self.recording.channels().iter().filter_map(|channel| {
+            let kind = self.kind_of(&channel.name, &channel.unit);
+            let text = format!("{} ({})", channel.name, kind.word());
+            (kind != SignalKind::Eeg).then(|| (names.contains(&channel.name), text))
+        });
+        let (among, others): (Vec<_>, Vec<_>) = channels.partition(|(is_among, _)| *is_among);
+        [among, others].map(|all| all.into_iter().map(|(_, text)| text).collect())
+    }
+
     /// Whether the table beside the file calls a channel bad.
     #[must_use]
     pub fn is_bad(&self, name: &str) -> bool {

@@ -492,6 +492,40 @@ fn a_part_that_is_called_bad_is_in_no_epoch() {
 }
 
 #[test]
+fn a_high_pass_above_the_low_pass_is_refused() {
+    let [(first, samples), _] = parts();
+    let segment = Segment {
+        recording: &first,
+        start_s: Seconds(0.0),
+        event_samples: &samples,
+        stated: &[],
+    };
+    let with = |filters: Vec<Pass>| {
+        let asked = PrepareConfig {
+            filters,
+            ..config(&[("S 1", "S1"), ("S 2", "S2")])
+        };
+        prepare(&[segment], &asked)
+    };
+    let filters = vec![Pass::Above(30.0), Pass::Below(10.0)];
+    let said = with(filters).unwrap_err().to_string();
+    assert!(
+        said.contains("at 30 Hz is not below the low-pass filter at 10 Hz"),
+        "{said}"
+    );
+    assert!(with(vec![Pass::Above(2.0), Pass::Below(30.0)]).is_ok());
+    let names = ["C3", "VEOG"].map(str::to_owned);
+    let [among, others] = segment.no_electrodes(&names);
+    assert_eq!(
+        (among, others),
+        (
+            vec!["VEOG (EOG)".to_owned()],
+            vec!["force (other)".to_owned()]
+        )
+    );
+}
+
+#[test]
 fn samples_that_are_no_numbers_lose_their_epochs_alone() {
     let events: Vec<(f64, &str, &str)> = (1..=6)
         .map(|i| (2.0 * f64::from(i), "touch", "S1"))
