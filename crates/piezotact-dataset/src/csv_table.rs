@@ -17,14 +17,12 @@ use crate::date_time::{DAY_S, Stamp, Stamps, is_date};
 use crate::error::ReadError;
 use crate::open::ReadOptions;
 use crate::stated_rate::is_same_rate;
-use crate::text::text_of;
+use crate::text::{FEW_ROWS, decimals_of, text_of};
 use crate::time_column::is_time;
 use layout::{Layout, layout, rates_in, start_in};
 
 /// More columns than this are no channels: samples stand in rows.
 const MOST_COLUMNS: usize = 4096;
-/// In a table of fewer rows a last line without an end was typed, not cut.
-const FEW_ROWS: usize = 10;
 
 /// Reads a table; the rate comes from `options`, or else from its time column, and what 1 stands for in a
 /// channel that names no unit may come from `options` too.
@@ -195,11 +193,6 @@ pub(crate) fn read_table(
         }
     }
     table.recording(path, options)
-}
-
-/// How many letters follow the decimal sign of a number.
-fn decimals_of(cell: &str) -> Option<usize> {
-    Some(cell.len() - cell.rfind(['.', ','])?)
 }
 
 /// What the cells of a column are, by its first row.
