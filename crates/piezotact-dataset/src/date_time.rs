@@ -167,7 +167,7 @@ impl Stamps {
 
     /// The moment of the first row, on the day that another column may state.
     pub(crate) fn start(self, date: Option<&str>) -> Option<StartTime> {
-        let first = self.first.filter(|first| first.lasts_s == DAY_S)?;
+        let first = self.first.filter(|first| first.lasts_s > HOUR_S)?;
         if first.has_date {
             return Some(first.at);
         }
