@@ -448,17 +448,47 @@ fn what_is_no_channel_is_named() {
     assert!(says(&recording, "left out: spectrum (3×1 complex)"));
 }
 
-#[test]
-fn a_table_is_refused_with_how_to_save_its_columns() {
-    // The opaque object that MATLAB writes: flags, name, system, class, and numbers of its own.
-    let object = [
+/// The opaque object that MATLAB writes: flags, name, system, class, and numbers of its own.
+fn object(name: &str, class: &str) -> Vec<u8> {
+    let parts = [
         element(6, &[17_u32, 0].map(u32::to_le_bytes).concat()),
-        element(1, b"T"),
+        element(1, name.as_bytes()),
         element(1, b"MCOS"),
-        element(1, b"table"),
+        element(1, class.as_bytes()),
         numbers("", [1, 2], &[1.0, 2.0]),
     ];
-    let refused = read(&[element(14, &object.concat())]).unwrap_err();
+    element(14, &parts.concat())
+}
+
+#[test]
+fn objects_of_classes_are_named_with_how_to_save_them() {
+    let vectors = || vec![column("acc", &[1.0, 2.0, 3.0]), column("fs", &[9.0])];
+    for (class, how) in [
+        ("table", "table2struct(x, 'ToScalar', true)"),
+        ("datetime", "t = seconds(x - x(1))"),
+        ("string", "x = cellstr(x)"),
+        ("Sensor", "as vectors"),
+    ] {
+        let recording = read(&[vectors(), vec![object("x", class)]].concat()).unwrap();
+        assert_eq!(recording.channels().len(), 1);
+        assert!(says(
+            &recording,
+            &format!("`x`, an object of the class {class}, was left out")
+        ));
+        assert!(says(&recording, how), "{class}");
+    }
+    assert!(!says(&read(&vectors()).unwrap(), "object"));
+    // A time that is one: no rate.
+    let refused = read(&[column("acc", &[1.0, 2.0]), object("t", "datetime")]).unwrap_err();
+    assert!(
+        refused.contains("--rate, or save it in MATLAB as seconds"),
+        "{refused}"
+    );
+}
+
+#[test]
+fn a_table_is_refused_with_how_to_save_its_columns() {
+    let refused = read(&[object("T", "table")]).unwrap_err();
     for part in [
         "T (an object of the class table)",
         "table2struct(T, 'ToScalar', true)",

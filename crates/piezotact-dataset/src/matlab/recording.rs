@@ -21,6 +21,9 @@ use crate::open::ReadOptions;
 use crate::stated_rate::is_same_rate;
 use crate::time_column::{TimeBase, base_beside, base_of, choose_base, state_unit};
 
+/// More objects of classes than this are not named.
+const MOST_OBJECTS: usize = 6;
+
 /// Channels of one time, or of one place and rate.
 struct Group {
     time: Option<usize>,
@@ -51,19 +54,21 @@ pub(crate) fn recording_of(
     }
     let options = &options;
     let (groups, left_out) = grouped(path, &variables, &mut found, options)?;
+    let mut objects: Vec<(&str, &str)> = (variables.all.iter())
+        .filter_map(|variable| match variable.value {
+            MatValue::Object(class) => Some((
+                variable.name.as_str(),
+                class.as_deref().unwrap_or("of its own"),
+            )),
+            _ => None,
+        })
+        .collect();
+    objects.truncate(MOST_OBJECTS);
     if groups.is_empty() {
-        let table = (variables.all.iter()).find(|variable| match variable.value {
-            MatValue::Object(Some(class)) => ["table", "timetable"].contains(&class.as_str()),
-            _ => false,
-        });
-        let todo = match table {
-            Some(table) => format!(
-                "save the columns of a table in MATLAB with s = table2struct({}, 'ToScalar', true); save('file.mat', '-struct', 's') (a \
-                 timetable first becomes one with timetable2table; its times become seconds with seconds(t - t(1)))",
-                table.name
-            ),
-            None => "save the channels as vectors with a rate `fs` or a time `t`, or export them as CSV with a header".into(),
-        };
+        let todo = objects.first().map_or_else(
+            || "save the channels as vectors with a rate `fs` or a time `t`, or export them as CSV with a header".into(),
+            |(name, class)| how_to_save(name, class),
+        );
         return Err(ReadError::content(
             path,
             "vectors of real numbers, all of one length, as channels",
@@ -78,7 +83,18 @@ pub(crate) fn recording_of(
             path,
             "a rate: a number named fs, rate or sampling_rate, or a vector named t or time",
             listed(&all),
-            "give the rate with --rate, for example --rate 5000",
+            match objects.first() {
+                Some((name, class)) => {
+                    format!("give the rate with --rate, or {}", how_to_save(name, class))
+                }
+                None => "give the rate with --rate, for example --rate 5000".into(),
+            },
+        ));
+    }
+    for (name, class) in &objects {
+        found.guess(format!(
+            "`{name}`, an object of the class {class}, was left out: {}",
+            how_to_save(name, class)
         ));
     }
     for (why, mut names) in left_out {
@@ -126,6 +142,21 @@ pub(crate) fn recording_of(
         options,
         WithoutUnit::OnlyScale { counts: &[] },
     )
+}
+
+/// How the content of an object is saved in MATLAB so that other programs can read it.
+fn how_to_save(name: &str, class: &str) -> String {
+    match class {
+        "table" | "timetable" => format!(
+            "save the columns of a table in MATLAB with s = table2struct({name}, 'ToScalar', true); save('file.mat', '-struct', 's') (a timetable \
+             first becomes one with timetable2table; its times become seconds with seconds(t - t(1)))"
+        ),
+        "datetime" => format!("save it in MATLAB as seconds: t = seconds({name} - {name}(1))"),
+        "duration" => format!("save it in MATLAB as seconds: t = seconds({name})"),
+        "string" | "categorical" => format!("save it in MATLAB as texts: {name} = cellstr({name})"),
+        "timeseries" => format!("save its numbers in MATLAB: t = {name}.Time; x = {name}.Data"),
+        _ => "save its numbers in MATLAB as vectors".to_owned(),
+    }
 }
 
 /// Why vectors were left out, and which.
