@@ -14,12 +14,13 @@ use piezotact::warning::Merged;
 use piezotact_haptic::HapticError;
 
 /// The options that a warning's advice needs, by code and cause (the value of one of [`CAUSES`]; empty for any).
-const OPTIONS: [(&str, &str, &str); 40] = [
+const OPTIONS: [(&str, &str, &str); 41] = [
     ("band_part_lost", "no_target", "--band"),
     ("channel_chosen", "motion", "--motion"),
     ("channel_chosen", "normal_force", "--normal-force"),
     ("channel_chosen", "vibration", "--vibration"),
     ("channel_missing", "cutting", "--cuts"),
+    ("channel_missing", "force_unit", "--scale"),
     ("channels_swapped", "", "--drive and --response"),
     ("contact_map_ends", "", "--contact-map"),
     ("counts", "", "--scale"),

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use piezotact::Warning;
-use piezotact::number::counted;
+use piezotact::number::{counted, digits};
 use piezotact::quantity::{Measure, SampleRate, Seconds, Unit};
 use piezotact::recording::{
     Channel, Clock, Condition, Provenance, Recording, RecordingWarning, StartTime,
@@ -12,15 +12,17 @@ use piezotact::recording::{
 
 use piezotact::roles::is_force_name;
 
+use crate::date_time::DAY_S;
 use crate::error::ReadError;
 use crate::open::ReadOptions;
 use crate::sidecar::measure_or_unit;
 use crate::time_column::{
-    TimeBase, base_beside, base_of, choose_base, is_time, most_repeated, state_unit,
+    TimeBase, base_beside, base_of, choose_base, is_time, most_repeated, named_unit, seconds_of,
+    state_unit,
 };
 
 /// Units at the end of a name, as Python writes them; a longer ending stands before one that it ends in.
-const ENDINGS: [(&str, &str); 14] = [
+const ENDINGS: [(&str, &str); 12] = [
     ("_mm_s2", "mm/s2"),
     ("_m_s2", "m/s2"),
     ("_ms2", "m/s2"),
@@ -33,8 +35,6 @@ const ENDINGS: [(&str, &str); 14] = [
     ("_V", "V"),
     ("_mm", "mm"),
     ("_um", "um"),
-    ("_ms", "ms"),
-    ("_s", "s"),
 ];
 
 /// One column as a file holds it.
@@ -66,12 +66,10 @@ impl Column {
         });
         let at_its_end = || {
             let mut units = ENDINGS.iter();
-            let (name, unit) =
-                units.find_map(|(ending, unit)| Some((cell.strip_suffix(ending)?, *unit)))?;
-            // Only times are in s and ms: a name may end in an s for other reasons.
-            (!["s", "ms"].contains(&unit) || is_time(name)).then_some((name, unit))
+            units.find_map(|(ending, unit)| Some((cell.strip_suffix(ending)?, *unit)))
         };
-        let parts = in_brackets.or_else(at_its_end);
+        // Only times are in s and ms: a name may end in an s for other reasons.
+        let parts = in_brackets.or_else(|| named_unit(cell).or_else(at_its_end));
         let (name, unit) = match parts {
             Some((name, unit)) if !name.is_empty() => (name, Some(unit.to_owned())),
             _ => (cell, None),
@@ -118,6 +116,10 @@ impl Table {
         // A time in numbers is finer than the moments beside it.
         let is_named = |at: &usize| Some(*at) != self.moments && is_time(&self.columns[*at].name);
         let named = (0..self.columns.len()).find(is_named);
+        let others: Vec<Column> = (0..self.columns.len())
+            .filter(|at| Some(*at) != named && (Some(*at) == self.moments || is_named(at)))
+            .map(|at| self.columns[at].clone())
+            .collect();
         let mut time = named.or(self.moments).map(|at| {
             self.warnings
                 .extend(without_copied_rows(&mut self.columns, at));
@@ -146,6 +148,14 @@ impl Table {
             }
             (None, None) => None,
         };
+        if let (Some(time), Some(Ok(base)), None) = (&time, &found, options.rate) {
+            let last = time.values.len().saturating_sub(1);
+            let lasts_s = base.time_of(last);
+            let contradicted = others
+                .iter()
+                .filter_map(|other| contradicted(time, lasts_s, other));
+            of_time.extend(contradicted);
+        }
         let base = choose_base(path, &options, found, &mut of_time)?;
         self.warnings.append(&mut of_time);
         let unnamed = WithoutUnit::HeaderCan;
@@ -155,6 +165,37 @@ impl Table {
         recording.annotations.started_at = started_at.map(|at| at.later(Seconds(base.offset_s)));
         Ok(recording)
     }
+}
+
+/// The warning that another time column says that the rows last longer or shorter than `time` says, by more than 1 % and its own
+/// steps.
+fn contradicted(time: &Column, lasts_s: f64, other: &Column) -> Option<Warning> {
+    let steps = || other.values.windows(2).map(|pair| pair[1] - pair[0]);
+    let (first, last) = (other.values.first()?, other.values.last()?);
+    if steps().any(|step| step.is_nan() || step < 0.0) || last <= first {
+        return None;
+    }
+    let longest = steps().fold(0.0, f64::max);
+    let differs = |unit_s: &f64| {
+        ((last - first) * unit_s - lasts_s).abs() > 0.01 * lasts_s + 2.0 * longest * unit_s
+    };
+    // Without a unit, it has the one that agrees.
+    let units = match &other.unit {
+        Some(unit) => vec![seconds_of(unit)?],
+        None => vec![1.0, 1e-3, 1e-6, 1e-9, DAY_S],
+    };
+    let stated_s = (last - first) * units.first()?;
+    units.iter().all(differs).then(|| {
+        Warning::from(RecordingWarning::Guessed {
+            what: format!(
+                "`{}` lasts {} s and `{}` {} s in the same rows: the first gives the rate",
+                time.name,
+                digits(lasts_s),
+                other.name,
+                digits(stated_s)
+            ),
+        })
+    })
 }
 
 /// Leaves out rows that repeat the row before them with its time stamp, where they are few, with a warning.

@@ -16,14 +16,13 @@ use crate::commas::{Ambiguous, Evidence, Signs, signs_of};
 use crate::date_time::{DAY_S, Stamp, Stamps, is_date};
 use crate::error::ReadError;
 use crate::open::ReadOptions;
-use crate::text::text_of;
+use crate::stated_rate::is_same_rate;
+use crate::text::{FEW_ROWS, decimals_of, text_of};
 use crate::time_column::is_time;
-use layout::{Layout, layout, rate_in, start_in};
+use layout::{Layout, layout, rates_in, start_in};
 
 /// More columns than this are no channels: samples stand in rows.
 const MOST_COLUMNS: usize = 4096;
-/// In a table of fewer rows a last line without an end was typed, not cut.
-const FEW_ROWS: usize = 10;
 
 /// Reads a table; the rate comes from `options`, or else from its time column, and what 1 stands for in a
 /// channel that names no unit may come from `options` too.
@@ -159,8 +158,16 @@ pub(crate) fn read_table(
             "check the export",
         ));
     }
+    let mut rates = rates_in(&above, delimiter).into_iter();
+    let stated = rates.next();
+    if let Some((line, rate)) = &stated
+        && let Some((other, _)) = rates.find(|(_, other)| !is_same_rate(rate.hz(), other.hz()))
+    {
+        let what = format!("`{other}` contradicts `{line}` above the header: the second was used");
+        warnings.push(Warning::from(RecordingWarning::Guessed { what }));
+    }
     let mut table = Table {
-        stated: rate_in(&above, delimiter),
+        stated,
         started_at: start_in(&above),
         warnings,
         ..Table::default()
@@ -186,11 +193,6 @@ pub(crate) fn read_table(
         }
     }
     table.recording(path, options)
-}
-
-/// How many letters follow the decimal sign of a number.
-fn decimals_of(cell: &str) -> Option<usize> {
-    Some(cell.len() - cell.rfind(['.', ','])?)
 }
 
 /// What the cells of a column are, by its first row.

@@ -8,11 +8,13 @@ pub(crate) struct Stamp {
     at: StartTime,
     /// Whether the cell states the day, and says which of its numbers is the month.
     has_date: bool,
+    /// After how long such cells begin anew, s: a day; an hour, of minutes and seconds alone.
+    lasts_s: f64,
 }
 
 impl Stamp {
     /// The moment in a cell: `2024-03-01T10:22:33.000Z`, `2024-03-01 10:22:33,5`, `01.03.2024 10:22:33`, `10:22:33.500`,
-    /// `3/1/2024 10:22:33 PM`; of a date with slashes that ends in the year, the time of day alone.
+    /// `3/1/2024 10:22:33 PM`; `22:33.500` of minutes and seconds with a fraction; of a date with slashes that ends in the year, the time of day alone.
     pub(crate) fn of(cell: &str) -> Option<Self> {
         let cell = cell.trim().trim_matches('"');
         let colon = cell.find(':')?;
@@ -20,6 +22,24 @@ impl Stamp {
             Some(at) => (Some(&cell[..at]), &cell[at + 1..]),
             None => (None, cell),
         };
+        if let (None, Some((minutes, seconds))) = (date, clock.split_once(':'))
+            && let Some((whole, fraction)) = seconds.split_once(['.', ','])
+            && [minutes, whole, fraction]
+                .iter()
+                .all(|part| is_digits(part))
+        {
+            let minutes: u32 = minutes.parse().ok()?;
+            let clock = format!(
+                "{:02}:{:02}:{whole:0>2}.{fraction}",
+                minutes / 60,
+                minutes % 60
+            );
+            return Some(Self {
+                at: StartTime::try_from(format!("2000-01-01T{clock}")).ok()?,
+                has_date: false,
+                lasts_s: HOUR_S,
+            });
+        }
         let date = match date.map(str::trim) {
             None => None,
             Some(date) => date_in(date)?,
@@ -32,6 +52,7 @@ impl Stamp {
         Some(Self {
             at: StartTime::try_from(text).ok()?,
             has_date: date.is_some(),
+            lasts_s: DAY_S,
         })
     }
 
@@ -39,6 +60,10 @@ impl Stamp {
     pub(crate) fn start(self) -> Option<StartTime> {
         self.has_date.then_some(self.at)
     }
+}
+
+fn is_digits(text: &str) -> bool {
+    !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit())
 }
 
 /// Whether a cell is a date without a time of day.
@@ -118,11 +143,11 @@ fn clock_in(clock: &str) -> Option<String> {
 pub(crate) struct Stamps {
     first: Option<Stamp>,
     last_s: f64,
-    days: f64,
+    before_s: f64,
 }
 
 impl Stamps {
-    /// The time of a cell since the first one, s. Times of day without a date go on after midnight.
+    /// The time of a cell since the first one, s. Times of day without a date go on after midnight, and minutes after an hour.
     pub(crate) fn seconds(&mut self, cell: &str) -> Option<f64> {
         let mut stamp = Stamp::of(cell)?;
         let first = self.first.get_or_insert_with(|| stamp.clone());
@@ -131,10 +156,10 @@ impl Stamps {
             let at = String::from(stamp.at);
             stamp = Stamp::of(at.split_once('T')?.1)?;
         }
-        let mut seconds = stamp.at.seconds_since(&first.at).0 + self.days * DAY_S;
-        if !first.has_date && seconds < self.last_s - 0.5 * DAY_S {
-            self.days += 1.0;
-            seconds += DAY_S;
+        let mut seconds = stamp.at.seconds_since(&first.at).0 + self.before_s;
+        if !first.has_date && seconds < self.last_s - 0.5 * first.lasts_s {
+            self.before_s += first.lasts_s;
+            seconds += first.lasts_s;
         }
         self.last_s = seconds;
         Some(seconds)
@@ -142,7 +167,7 @@ impl Stamps {
 
     /// The moment of the first row, on the day that another column may state.
     pub(crate) fn start(self, date: Option<&str>) -> Option<StartTime> {
-        let first = self.first?;
+        let first = self.first.filter(|first| first.lasts_s > HOUR_S)?;
         if first.has_date {
             return Some(first.at);
         }
@@ -152,6 +177,7 @@ impl Stamps {
 }
 
 pub(crate) const DAY_S: f64 = 86_400.0;
+const HOUR_S: f64 = 3600.0;
 
 #[cfg(test)]
 mod tests {
@@ -180,6 +206,8 @@ mod tests {
         for cell in [
             "",
             "10:22",
+            "10:61.5",
+            "2024-03-01 10:22.5",
             "1.5",
             "-3",
             "a:b:c",
@@ -201,6 +229,19 @@ mod tests {
             .filter_map(|cell| stamps.seconds(cell))
             .collect();
         assert_eq!(seconds, [0.0, 0.5, 1.0]);
+        let mut minutes = Stamps::default();
+        let cells = ["59:59.500", "00:00.000", "0:00,250"];
+        assert_eq!(
+            cells.map(|cell| minutes.seconds(cell)),
+            [Some(0.0), Some(0.5), Some(0.75)]
+        );
+        assert_eq!(minutes.start(Some("2024-03-01")), None);
+        let mut longer = Stamps::default();
+        let cells = ["59:59.500", "60:00.000"];
+        assert_eq!(
+            cells.map(|cell| longer.seconds(cell)),
+            [Some(0.0), Some(0.5)]
+        );
         let mut slashed = Stamps::default();
         let cells = ["12/12/2023 23:59:59.5", "12/13/2023 00:00:00.0"];
         assert_eq!(

@@ -12,7 +12,7 @@ use piezotact::recording::{Recording, StartTime};
 use crate::columns::{Column, WithoutUnit, recording_of_bases, start_of_part};
 use crate::error::ReadError;
 use crate::open::ReadOptions;
-use crate::text::text_of;
+use crate::text::{text_of, without_cut_row};
 use crate::time_column::{LONGEST_PAUSE, TimeBase, base_of, choose_base, rate_of_step};
 
 const MAGIC: &str = "LabVIEW Measurement";
@@ -64,9 +64,11 @@ struct Segment {
 /// rate, or segments do not follow each other; [`ReadError::Invalid`] when the rate is impossible.
 pub fn parse_lvm(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Recording, ReadError> {
     let text = text_of(bytes);
+    let below_header = text.rfind(END).map_or(0, |at| at + END.len());
+    let (whole, cut) = without_cut_row(&text, below_header);
     let mut reader = Reader {
         path,
-        lines: text.lines().enumerate().peekable(),
+        lines: whole.lines().enumerate().peekable(),
         separator: '\t',
         decimal: None,
         comments: Vec::new(),
@@ -77,7 +79,7 @@ pub fn parse_lvm(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Rec
         segments.push(segment);
     }
     let comments = std::mem::take(&mut reader.comments);
-    let mut warnings = Vec::new();
+    let mut warnings = Vec::from_iter(cut);
     let joined = join(path, segments, &mut warnings)?;
     assemble(path, joined, &comments, warnings, options)
 }

@@ -124,6 +124,11 @@ pub(crate) fn per_second(unit: &str) -> Option<f64> {
     }
 }
 
+/// Whether two rates that a file states are one.
+pub(crate) fn is_same_rate(one_hz: f64, other_hz: f64) -> bool {
+    (other_hz / one_hz - 1.0).abs() <= SAME
+}
+
 /// The first of the rates that a file states in one place, each with its name.
 ///
 /// # Errors
@@ -136,7 +141,7 @@ pub(crate) fn one_of(
     let Some((name, hz)) = rates.next() else {
         return Ok(None);
     };
-    match rates.find(|(_, other)| (other / hz - 1.0).abs() > SAME) {
+    match rates.find(|(_, other)| !is_same_rate(hz, *other)) {
         None => Ok(Some((name, hz))),
         Some((other, other_hz)) => Err(ReadError::content(
             path,

@@ -1,5 +1,8 @@
 //! The text of a file, whatever its encoding.
 
+use piezotact::Warning;
+use piezotact::recording::RecordingWarning;
+
 /// The text of `bytes`: UTF-8 or UTF-16 with or without a mark, or else Latin-1, which lab programs write as often; only names and
 /// units can be hit by it.
 pub(crate) fn text_of(bytes: &[u8]) -> String {
@@ -42,4 +45,44 @@ fn utf16(bytes: &[u8]) -> Option<fn([u8; 2]) -> u16> {
         () if zeros(0) && letters(1) => Some(u16::from_be_bytes),
         () => None,
     }
+}
+
+/// In a table of fewer rows a last line without an end was typed, not cut.
+pub(crate) const FEW_ROWS: usize = 10;
+
+/// How many letters follow the decimal sign of a number.
+pub(crate) fn decimals_of(cell: &str) -> Option<usize> {
+    Some(cell.len() - cell.rfind(['.', ','])?)
+}
+
+/// The text without a last row that was cut within a number, and the warning about it; `from` is where rows begin, after the rest of a line
+/// and a line of names. Where every number has as many decimals as the last one, that one is whole.
+pub(crate) fn without_cut_row(text: &str, from: usize) -> (&str, Option<Warning>) {
+    let Some(at) = text.rfind('\n').filter(|at| at + 1 < text.len()) else {
+        return (text, None);
+    };
+    let rows = text.get(from..at).unwrap_or_default().lines().skip(2);
+    let shape = |row: &str| {
+        let cells = row.trim_end().split(['\t', ';']);
+        let (mut count, mut last) = (0, "");
+        for cell in cells {
+            (count, last) = (count + 1, cell.trim());
+        }
+        Some((count, decimals_of(last)?))
+    };
+    let own = shape(&text[at + 1..]);
+    let (mut count, mut is_whole) = (0, own.is_some());
+    for row in rows.filter(|row| !row.trim().is_empty()) {
+        count += 1;
+        is_whole &= shape(row) == own;
+    }
+    if is_whole || count < FEW_ROWS {
+        return (text, None);
+    }
+    let what = format!(
+        "the file is truncated: its row {} has no end of line, its last number may be cut, and it was left out",
+        text[..=at].lines().count() + 1
+    );
+    let warning = Warning::from(RecordingWarning::Guessed { what });
+    (&text[..=at], Some(warning))
 }

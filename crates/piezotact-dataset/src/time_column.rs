@@ -1,13 +1,12 @@
 //! Time columns, whatever file holds them: the rate that they stand for, the samples that are missing in them, and how far their
 //! time stamps lie from the even grid on which the samples are read.
 
-use std::collections::BTreeMap;
-use std::ops::{Range, RangeInclusive};
+use std::ops::Range;
 use std::path::Path;
 
 use piezotact::Warning;
 use piezotact::number::digits;
-use piezotact::quantity::{SampleRate, Unit};
+use piezotact::quantity::SampleRate;
 use piezotact::recording::{LostBy, Recording, RecordingWarning, Stated, Steps};
 use piezotact::series::is_sample;
 use piezotact::statistics::median;
@@ -17,25 +16,13 @@ use crate::error::ReadError;
 use crate::open::{ReadOptions, no_part};
 pub(crate) use even::EvenTimes;
 use grid::Rows;
+use units::seconds_per_unit;
+pub(crate) use units::{is_time, named_unit, seconds_of, state_unit};
 
 mod even;
 mod grid;
+mod units;
 
-/// Names under which a column holds the time.
-const NAMES: [&str; 12] = [
-    "time",
-    "t",
-    "timestamp",
-    "time stamp",
-    "datetime",
-    "zeit",
-    "temps",
-    "tempo",
-    "tiempo",
-    "elapsed",
-    "elapsed time",
-    "relative time",
-];
 /// Repeated time stamps up to this share of all rows are slips of the clock.
 const MOST_REPEATED: f64 = 1e-3;
 /// The tolerance for evenly spaced time steps, as a share of the usual step.
@@ -48,10 +35,6 @@ const MOST_FILLED: usize = 10;
 const MOST_MISSING: f64 = 0.5;
 /// More missing samples than this are no pause, but a wrong clock.
 pub(crate) const LONGEST_PAUSE: f64 = 1e9;
-/// The times of the years 2001 to 2100, s since 1970.
-const UNIX_S: RangeInclusive<f64> = 1e9..=4.1e9;
-/// Whole numbers without a unit that step by more than 1 and at most this are milliseconds.
-const MOST_MS: f64 = 100.0;
 /// How far a rate from rounded time stamps may lie from a whole number to be taken for it.
 const ROUNDED: f64 = 2e-6;
 /// The rate that a file states and that of its times may differ by this share: times in single precision do.
@@ -64,11 +47,6 @@ pub(crate) fn rate_of_step(path: &Path, step_s: f64) -> Result<SampleRate, ReadE
     let hz = 1.0 / step_s;
     let is_whole = (hz.round() / hz - 1.0).abs() < 1e-12;
     SampleRate::new(if is_whole { hz.round() } else { hz }).map_err(ReadError::of(path))
-}
-
-/// Whether `name` is that of a time column.
-pub(crate) fn is_time(name: &str) -> bool {
-    NAMES.contains(&name.to_lowercase().as_str())
 }
 
 /// How many time stamps of so many may be repeated.
@@ -506,89 +484,6 @@ fn repeated_stamps(path: &Path, time: &Column, steps: &[f64]) -> Result<Vec<usiz
         ));
     }
     Ok(repeated)
-}
-
-/// Gives a time column the unit that is stated of it in `units`, and takes it out there.
-pub(crate) fn state_unit(
-    path: &Path,
-    time: &mut Column,
-    units: &mut BTreeMap<String, String>,
-) -> Result<(), ReadError> {
-    let Some(stated) = units.remove(&time.name) else {
-        return Ok(());
-    };
-    match &time.unit {
-        Some(own) if Unit::parse(own) != Unit::parse(&stated) => Err(ReadError::content(
-            path,
-            format!("the unit of `{}` as the file states it, {own}", time.name),
-            stated,
-            "correct the one that is wrong",
-        )),
-        _ => {
-            time.unit = Some(stated);
-            Ok(())
-        }
-    }
-}
-
-/// What 1 in a time column is in s: by its unit, or else guessed from its `mean` step, and from its first and last number where they
-/// are a time since 1970.
-fn seconds_per_unit(
-    path: &Path,
-    time: &Column,
-    mean: f64,
-    warnings: &mut Vec<Warning>,
-) -> Result<f64, ReadError> {
-    let name = &time.name;
-    match time.unit.as_deref().map(Unit::parse) {
-        Some((Unit::Second, factor)) => return Ok(factor),
-        Some((unit, _)) if unit != Unit::Other(String::new()) => {
-            return Err(ReadError::content(
-                path,
-                format!("`{name}` in s, ms, µs or ns"),
-                unit.symbol().to_owned(),
-                "correct its unit, or give --rate",
-            ));
-        }
-        _ => {}
-    }
-    let (first, last) = (time.values.first(), time.values.last());
-    let since_1970 = |factor: f64| {
-        let mut ends = first.into_iter().chain(last);
-        ends.all(|time| UNIX_S.contains(&(time * factor)))
-    };
-    let unix = [
-        ("milliseconds since 1970", 1e-3),
-        ("microseconds since 1970", 1e-6),
-        ("nanoseconds since 1970", 1e-9),
-    ];
-    // Other whole numbers that step by more than one are milliseconds, where that makes a rate that is usual; anything else is seconds.
-    let whole = time.values.iter().all(|t| t.fract() == 0.0) && mean > 1.0;
-    let (unit, factor) = match unix.into_iter().find(|(_, factor)| since_1970(*factor)) {
-        Some(unix) => unix,
-        None if whole && mean > MOST_MS => {
-            return Err(ReadError::content(
-                path,
-                format!(
-                    "the unit of `{name}`, whose whole numbers step by {}",
-                    digits(mean)
-                ),
-                "none: they may be milliseconds, microseconds or nanoseconds",
-                format!(
-                    "write it into its name, as in `{name} (us)`, or state it with --scale \"{name}=us\""
-                ),
-            ));
-        }
-        None if whole => ("milliseconds", 1e-3),
-        None => ("seconds", 1.0),
-    };
-    warnings.push(Warning::from(RecordingWarning::Guessed {
-        what: format!(
-            "`{name}` has no unit and is read as {unit} (mean step {}; another unit: --scale \"{name}=ms\")",
-            digits(mean)
-        ),
-    }));
-    Ok(factor)
 }
 
 /// The times with those that repeat the one before in place of their own put back between their neighbours: a double step is beside

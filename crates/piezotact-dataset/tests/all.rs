@@ -3,6 +3,7 @@
 mod blocks;
 mod catman;
 mod eeg;
+mod eeg_contradictions;
 mod eeg_damage;
 mod eeg_odd;
 mod eeg_written;
@@ -12,6 +13,7 @@ mod haptic_limits;
 mod lvm;
 mod matlab;
 mod matlab_recordings;
+mod matlab_units;
 mod newer_files;
 mod npy;
 #[path = "../../piezotact/tests/shared_data/mod.rs"]

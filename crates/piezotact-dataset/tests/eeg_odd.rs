@@ -26,12 +26,12 @@ fn part(path: &Path, part: Option<usize>) -> Recording {
         .recording
 }
 
-fn segments(path: &Path) -> Vec<EegSegment> {
+pub(crate) fn segments(path: &Path) -> Vec<EegSegment> {
     read_eeg_source(path).unwrap().segments
 }
 
 #[track_caller]
-fn said(warnings: &[Warning], text: &str) {
+pub(crate) fn said(warnings: &[Warning], text: &str) {
     let texts: Vec<String> = warnings.iter().map(ToString::to_string).collect();
     assert!(texts.iter().any(|one| one.contains(text)), "{texts:?}");
 }
@@ -55,7 +55,7 @@ fn every_four_seconds(found: &[f64], to: f64) {
     );
 }
 
-fn chunk(tag: u16, content: &[u8]) -> Vec<u8> {
+pub(crate) fn chunk(tag: u16, content: &[u8]) -> Vec<u8> {
     let mut bytes = vec![4];
     bytes.extend((content.len() as u32 + 2).to_le_bytes());
     bytes.extend(tag.to_le_bytes());
@@ -64,7 +64,7 @@ fn chunk(tag: u16, content: &[u8]) -> Vec<u8> {
 }
 
 /// The header of a stream with the type, host, rate and format of `about`.
-fn header(id: u32, channels: usize, about: [&str; 4]) -> Vec<u8> {
+pub(crate) fn header(id: u32, channels: usize, about: [&str; 4]) -> Vec<u8> {
     let [kind, host, rate, format] = about;
     let xml = format!(
         "<?xml version='1.0'?><info><name>{kind}{id}</name><type>{kind}</type><hostname>{host}</hostname><channel_count>{channels}</channel_count>\
@@ -74,7 +74,7 @@ fn header(id: u32, channels: usize, about: [&str; 4]) -> Vec<u8> {
 }
 
 /// A chunk of samples: a time stamp and the bytes of each.
-fn samples(id: u32, each: &[(f64, Vec<u8>)]) -> Vec<u8> {
+pub(crate) fn samples(id: u32, each: &[(f64, Vec<u8>)]) -> Vec<u8> {
     let mut content = id.to_le_bytes().to_vec();
     content.push(4);
     content.extend((each.len() as u32).to_le_bytes());
@@ -91,7 +91,7 @@ fn offset(id: u32, time: f64, value: f64) -> Vec<u8> {
     chunk(4, &[&id.to_le_bytes()[..], &numbers].concat())
 }
 
-fn footer(id: u32) -> Vec<u8> {
+pub(crate) fn footer(id: u32) -> Vec<u8> {
     chunk(6, &[&id.to_le_bytes()[..], b"<info></info>"].concat())
 }
 
@@ -543,48 +543,6 @@ fn brainvision_data_that_are_cut_are_read_in_whole_samples() {
     replaced(&path, "[Common Infos]", "[Common Infos]\r\nDataPoints=500");
     let read = read_eeg(&path).unwrap().segments[0].recording.clone();
     said(&read.about.warnings, "states 500: 2 (0.008 s) are missing");
-}
-
-/// Multiplexed samples that a header calls vectorized, and the other way round.
-#[test]
-fn a_wrong_orientation_is_said() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("a.vhdr");
-    let warned = |is_multiplexed: bool, stated: &str, noise: f64| {
-        let mut random = crate::support::Lcg(3);
-        let channels: Vec<Vec<f32>> = (0..8)
-            .map(|c| {
-                let slow = |k: i32| (f64::from(k) * (0.1 + 0.01 * f64::from(c))).sin();
-                let noisy = |k| slow(k) + noise * (random.below(2000) as f64 / 1000.0 - 1.0);
-                (0..2000).map(noisy).map(|value| value as f32).collect()
-            })
-            .collect();
-        let order: Vec<f32> = match is_multiplexed {
-            true => (0..2000)
-                .flat_map(|k| channels.iter().map(move |c| c[k]))
-                .collect(),
-            false => channels.concat(),
-        };
-        let bytes: Vec<u8> = order.iter().flat_map(|value| value.to_le_bytes()).collect();
-        std::fs::write(path.with_extension("eeg"), bytes).unwrap();
-        let names: String = (1..=8).map(|c| format!("Ch{c}=C{c},,1,µV\n")).collect();
-        let text = format!(
-            "Brain Vision Data Exchange Header File Version 1.0\n[Common Infos]\nDataFile=a.eeg\nDataOrientation={stated}\nNumberOfChannels=8\n\
-             SamplingInterval=4000\n[Binary Infos]\nBinaryFormat=IEEE_FLOAT_32\n[Channel Infos]\n{names}"
-        );
-        std::fs::write(&path, text).unwrap();
-        let read = read_eeg(&path).unwrap();
-        let warnings = &read.segments[0].recording.about.warnings;
-        warnings
-            .iter()
-            .any(|one| one.to_string().contains("the channels may be mixed up"))
-    };
-    for noise in [0.0, 0.3] {
-        assert!(warned(true, "VECTORIZED", noise) && warned(false, "MULTIPLEXED", noise));
-        assert!(!warned(true, "MULTIPLEXED", noise) && !warned(false, "VECTORIZED", noise));
-    }
-    // Of noise alone nothing is known.
-    assert!(!warned(true, "MULTIPLEXED", 1e3) && !warned(false, "VECTORIZED", 1e3));
 }
 
 #[test]

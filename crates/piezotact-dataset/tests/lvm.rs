@@ -338,3 +338,30 @@ fn channels_of_two_rates_keep_their_clocks() {
     let said = stated.unwrap_err().to_string();
     assert!(said.contains("2 sampling clocks"), "{said}");
 }
+
+/// The last number of a file that was cut: 12.3 of 12.345.
+#[test]
+fn a_last_number_that_was_cut_is_left_out() {
+    let file = |last: &str| {
+        let rows: String = (0..20)
+            .map(|k| format!("{k}.000000\t{:.6}\n", f64::from(k) / 7.0))
+            .collect();
+        let header = "LabVIEW Measurement\t\nSeparator\tTab\nX_Columns\tOne\n***End_of_Header***\t\n\nChannels\t1\nDelta_X\t0.1\t\n\
+             ***End_of_Header***\t\nX_Value\tacc\tComment\n";
+        plain(&format!("{header}{rows}{last}")).unwrap()
+    };
+    for last in ["20.000000\t12.3", "20.000000\t", "20.00"] {
+        let read = file(last);
+        assert_eq!(read.len(), 20, "{last}");
+        assert!(
+            warnings(&read).contains("row 30 has no end of line"),
+            "{}",
+            warnings(&read)
+        );
+    }
+    for last in ["20.000000\t12.345678", "20.000000\t12.3\n"] {
+        let read = file(last);
+        assert_eq!(read.len(), 21);
+        assert!(!warnings(&read).contains("no end of line"));
+    }
+}

@@ -40,11 +40,11 @@ fn numbers(name: &str, dims: [usize; 2], values: &[f64]) -> Vec<u8> {
     array(name, 6, dims, &element(9, &bytes))
 }
 
-fn column(name: &str, values: &[f64]) -> Vec<u8> {
+pub(crate) fn column(name: &str, values: &[f64]) -> Vec<u8> {
     numbers(name, [values.len(), 1], values)
 }
 
-fn text(name: &str, value: &str) -> Vec<u8> {
+pub(crate) fn text(name: &str, value: &str) -> Vec<u8> {
     array(
         name,
         4,
@@ -53,12 +53,12 @@ fn text(name: &str, value: &str) -> Vec<u8> {
     )
 }
 
-fn cells(name: &str, values: &[Vec<u8>]) -> Vec<u8> {
+pub(crate) fn cells(name: &str, values: &[Vec<u8>]) -> Vec<u8> {
     array(name, 1, [1, values.len()], &values.concat())
 }
 
 /// Structures with these fields, the values of the first element first.
-fn structures(name: &str, fields: &[&str], elements: &[Vec<Vec<u8>>]) -> Vec<u8> {
+pub(crate) fn structures(name: &str, fields: &[&str], elements: &[Vec<Vec<u8>>]) -> Vec<u8> {
     let names: Vec<u8> = fields
         .iter()
         .flat_map(|field| {
@@ -81,7 +81,7 @@ fn file_of(arrays: &[Vec<u8>]) -> Vec<u8> {
     bytes
 }
 
-fn read(arrays: &[Vec<u8>]) -> Result<Recording, String> {
+pub(crate) fn read(arrays: &[Vec<u8>]) -> Result<Recording, String> {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("a.mat");
     std::fs::write(&file, file_of(arrays)).unwrap();
@@ -106,7 +106,7 @@ fn channels(recording: &Recording) -> Vec<(&str, f64, f64, &[f64])> {
         .collect()
 }
 
-fn says(recording: &Recording, part: &str) -> bool {
+pub(crate) fn says(recording: &Recording, part: &str) -> bool {
     let mut warnings = recording.about.warnings.iter();
     warnings.any(|warning| warning.to_string().contains(part))
 }
@@ -448,17 +448,47 @@ fn what_is_no_channel_is_named() {
     assert!(says(&recording, "left out: spectrum (3×1 complex)"));
 }
 
-#[test]
-fn a_table_is_refused_with_how_to_save_its_columns() {
-    // The opaque object that MATLAB writes: flags, name, system, class, and numbers of its own.
-    let object = [
+/// The opaque object that MATLAB writes: flags, name, system, class, and numbers of its own.
+fn object(name: &str, class: &str) -> Vec<u8> {
+    let parts = [
         element(6, &[17_u32, 0].map(u32::to_le_bytes).concat()),
-        element(1, b"T"),
+        element(1, name.as_bytes()),
         element(1, b"MCOS"),
-        element(1, b"table"),
+        element(1, class.as_bytes()),
         numbers("", [1, 2], &[1.0, 2.0]),
     ];
-    let refused = read(&[element(14, &object.concat())]).unwrap_err();
+    element(14, &parts.concat())
+}
+
+#[test]
+fn objects_of_classes_are_named_with_how_to_save_them() {
+    let vectors = || vec![column("acc", &[1.0, 2.0, 3.0]), column("fs", &[9.0])];
+    for (class, how) in [
+        ("table", "table2struct(x, 'ToScalar', true)"),
+        ("datetime", "t = seconds(x - x(1))"),
+        ("string", "x = cellstr(x)"),
+        ("Sensor", "as vectors"),
+    ] {
+        let recording = read(&[vectors(), vec![object("x", class)]].concat()).unwrap();
+        assert_eq!(recording.channels().len(), 1);
+        assert!(says(
+            &recording,
+            &format!("`x`, an object of the class {class}, was left out")
+        ));
+        assert!(says(&recording, how), "{class}");
+    }
+    assert!(!says(&read(&vectors()).unwrap(), "object"));
+    // A time that is one: no rate.
+    let refused = read(&[column("acc", &[1.0, 2.0]), object("t", "datetime")]).unwrap_err();
+    assert!(
+        refused.contains("--rate, or save it in MATLAB as seconds"),
+        "{refused}"
+    );
+}
+
+#[test]
+fn a_table_is_refused_with_how_to_save_its_columns() {
+    let refused = read(&[object("T", "table")]).unwrap_err();
     for part in [
         "T (an object of the class table)",
         "table2struct(T, 'ToScalar', true)",

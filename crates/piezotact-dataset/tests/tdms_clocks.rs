@@ -42,3 +42,42 @@ fn the_unit_of_a_step_counts_and_a_start_of_another_time_is_said() {
         said(&apart)
     );
 }
+
+/// Modules of a chassis begin some hundredths of a sample apart: on one clock, and said.
+#[test]
+fn a_start_within_half_a_sample_is_said() {
+    let read = |offset: f64| {
+        let of = |offset| {
+            [
+                ("wf_start_offset", Number(offset)),
+                ("wf_increment", Number(0.001)),
+            ]
+        };
+        let objects = [
+            object("/'a'/'x'", &samples_of(10, 2), &of(0.0)),
+            object("/'a'/'y'", &samples_of(10, 2), &of(offset)),
+        ];
+        let raw = doubles(&[1.0, 2.0, 3.0, 4.0]);
+        parse(&segment(META | RAW, &objects, &raw), None).unwrap()
+    };
+    for (offset, is_said) in [(4e-4, true), (-4e-4, true), (1e-6, false)] {
+        let recording = read(offset);
+        assert_eq!(recording.clocks().len(), 1);
+        let text = format!(
+            "taken at once with it: `y` by {:.3} samples later",
+            1e3 * offset
+        );
+        assert_eq!(
+            said(&recording).contains(&text),
+            is_said,
+            "{}",
+            said(&recording)
+        );
+    }
+    // Later than that it has its own start, and nothing relates the two sample by sample.
+    let later = read(7e-4);
+    let refused = later.require_one_clock(["x", "y"]).unwrap_err().to_string();
+    let expected =
+        "`y` at 1000 Hz from 0.0007 s on: they have one rate and begin at different times";
+    assert!(refused.contains(expected), "{refused}");
+}

@@ -189,3 +189,46 @@ fn maps_that_look_periodic_and_are_not_have_no_period() {
     );
     assert!(constant.unwrap().texture.is_none());
 }
+
+/// Flat discs whose period is a whole number of points or not, on maps that hold no whole number of periods.
+#[test]
+fn flat_topped_dots_have_their_diameter() {
+    for (diameter, period) in [
+        (8.0, 16.0),
+        (12.0, 19.2),
+        (12.0, 30.0),
+        (24.0, 60.0),
+        (40.0, 64.0),
+        (40.0, 100.0),
+    ] {
+        let map = map_of(400, 400, |x_m, y_m| {
+            let from_next = |at_m: f64, shift: f64| {
+                let periods = (at_m / STEP_M + shift) / period;
+                (periods - periods.round()) * period
+            };
+            let inside = 0.5 * diameter - from_next(x_m, 0.37).hypot(from_next(y_m, 0.21));
+            10e-6 * (inside + 0.5).clamp(0.0, 1.0)
+        });
+        let found = periodic(&map);
+        let off = found.width_m / STEP_M - diameter;
+        assert!(off.abs() < 0.1, "{diameter} of {period}: {off}");
+        check("height", found.height_m, 10e-6, 0.002);
+    }
+}
+
+/// The plane through 5.4 ridges is not level with them.
+#[test]
+fn ridges_on_a_tilted_plane_have_their_height() {
+    for (periods, tilt) in [(5.4, 0.0), (5.4, 0.3), (7.5, 0.1), (10.5, 0.02)] {
+        let period = 300.0 / periods;
+        let map = map_of(300, 260, |x_m, y_m| {
+            let phase = (x_m / STEP_M).rem_euclid(period) - 0.5 * period;
+            let ridge = (0.2 * period - phase.abs() + 0.5).clamp(0.0, 1.0);
+            10e-6 * ridge + tilt * (x_m + 0.5 * y_m)
+        });
+        let found = periodic(&map);
+        check("height", found.height_m, 10e-6, 0.002);
+        let off = found.width_m / STEP_M - 0.4 * period;
+        assert!(off.abs() < 0.3, "{periods}, {tilt}: {off}");
+    }
+}

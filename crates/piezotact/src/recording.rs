@@ -533,7 +533,11 @@ pub enum RecordingError {
     },
     /// Channels of two clocks where samples of one index have to belong together.
     #[error(
-        "`{first}` is sampled at {of_first}, `{channel}` at {found}: use channels of one clock, or resample them to one rate"
+        "`{first}` is sampled at {of_first}, `{channel}` at {found}: {}",
+        match of_first.rate_hz == found.rate_hz {
+            true => "they have one rate and begin at different times: start them together, or resample one to the times of the other",
+            false => "use channels of one clock, or resample them to one rate",
+        }
     )]
     Clocks {
         first: String,

@@ -3,7 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use crate::quantity::{SampleRate, Unit};
-use crate::recording::{Channel, ChannelRole, Recording, RecordingError, RecordingWarning};
+use crate::recording::{
+    Channel, ChannelRole, MissingChannel, Recording, RecordingError, RecordingWarning,
+};
 use crate::warning::Warning;
 
 /// Most vibration channels that are taken without being named: a skin of taxels has more than one.
@@ -52,7 +54,8 @@ impl Roles {
         named.chain(self.motion.as_ref().map(Motion::channel))
     }
 
-    /// The names of the channels of `recording` in N, m/s², m or m/s that play no part: nothing is computed from them.
+    /// The names of the channels of `recording` in N, m/s², m or m/s, or called as forces, that play no part: nothing is computed from
+    /// them.
     #[must_use]
     pub fn without_part<'r>(&self, recording: &'r Recording) -> Vec<&'r str> {
         let units = [
@@ -64,11 +67,31 @@ impl Roles {
         let others = recording
             .channels()
             .iter()
-            .filter(|c| units.contains(&c.unit));
+            .filter(|c| units.contains(&c.unit) || is_force_in_other_unit(c));
         let names = others.map(|c| c.name.as_str());
         names
             .filter(|name| !self.channels().any(|own| own == *name))
             .collect()
+    }
+
+    /// The warning that a normal or tangential force is missing because channels of `recording` called so are in another unit.
+    pub(crate) fn force_in_other_unit(&self, recording: &Recording) -> Option<Warning> {
+        let channels = recording.channels().iter().filter(|c| {
+            let is_missing = match has_name_of(&c.name, &TANGENTIAL) {
+                true => self.tangential_force.is_empty(),
+                false => self.normal_force.is_none(),
+            };
+            is_missing && is_force_in_other_unit(c) && !self.channels().any(|own| own == c.name)
+        });
+        let channels: Vec<String> = channels
+            .map(|c| format!("`{}` ({})", c.name, c.unit))
+            .collect();
+        let warning = |channels| {
+            Warning::from(RecordingWarning::ChannelMissing {
+                what: MissingChannel::ForceUnit { channels },
+            })
+        };
+        (!channels.is_empty()).then(|| warning(channels))
     }
 
     /// The rate in Hz that these channels of `recording` share.
@@ -86,7 +109,8 @@ impl Roles {
     /// An acceleration vibrates; without one, a channel of speed that is called as a vibrometer or a vibration, which is never the motion;
     /// without one, the channels that are called so, or else every channel that is neither force, motion, drive nor proximity. Forces are
     /// channels in N: `fz`, `fn`, `load` or a name with "normal" is the normal one, `fx`, `fy`, `ft` or a name with "tang" or "friction" are
-    /// tangential, and a force alone is the normal one.
+    /// tangential, and a force alone is the normal one. A speed that nothing but its unit makes the motion is none beside a position: it may
+    /// be that of the vibration.
     #[must_use]
     pub fn guess(recording: &Recording) -> (Self, Vec<Warning>) {
         let mut warnings = Vec::new();
@@ -213,6 +237,16 @@ fn words_of(name: &str) -> Vec<String> {
     words.map(short).filter(|word| !word.is_empty()).collect()
 }
 
+/// Whether a channel is called as a force and is in a unit that is none of a force: it neither is one, nor a vibration.
+fn is_force_in_other_unit(channel: &Channel) -> bool {
+    let is_other = match &channel.unit {
+        Unit::Volt | Unit::FullScale => true,
+        Unit::Other(unit) => !unit.is_empty(),
+        _ => false,
+    };
+    is_other && is_force_name(&channel.name)
+}
+
 fn in_unit<'a>(channels: &'a [Channel], unit: &Unit) -> Vec<&'a Channel> {
     channels.iter().filter(|c| c.unit == *unit).collect()
 }
@@ -274,6 +308,20 @@ fn moving(channels: &[Channel], unit: &Unit, warnings: &mut Vec<Warning>) -> Opt
     let mut all = in_unit(channels, unit);
     all.retain(|c| !is_velocity_of_vibration(c));
     let known = |c: &&&Channel| is_called(c, &MOVING, &["v"]);
+    let positions = in_unit(channels, &Unit::Metre);
+    if let (Some(first), [position, ..]) = (all.first(), positions.as_slice())
+        && *unit == Unit::MetrePerSecond
+        && !all.iter().any(|c| known(&c))
+    {
+        warnings.push(Warning::from(RecordingWarning::ChannelChosen {
+            role: ChannelRole::Motion,
+            channel: Some(position.name.clone()),
+            of: [*first, *position]
+                .map(|c| format!("{} ({})", c.name, c.unit))
+                .to_vec(),
+        }));
+        return None;
+    }
     let chosen = all.iter().find(known).or(all.first())?;
     if all.len() > 1 {
         warnings.push(Warning::from(RecordingWarning::ChannelChosen {
@@ -336,6 +384,7 @@ fn without_acceleration(channels: &[Channel]) -> Vec<String> {
     let others: Vec<String> = channels
         .iter()
         .filter(|c| matches!(c.unit, Unit::FullScale | Unit::Volt | Unit::Other(_)))
+        .filter(|c| !is_force_in_other_unit(c))
         .filter(|c| {
             !is_called(
                 c,
@@ -459,6 +508,53 @@ mod tests {
         let of = guess(&[("laser stage", Unit::MetrePerSecond)]);
         assert_eq!(of.motion, Some(Motion::Speed("laser stage".into())));
         assert!(of.vibration.is_empty());
+    }
+
+    #[test]
+    fn a_force_in_volts_or_an_unknown_unit_is_none_and_named() {
+        for unit in [Unit::Volt, Unit::Other("lbs".into())] {
+            let channels = [("fz", unit.clone()), ("nail", Unit::Volt)];
+            let recording = recording(&channels);
+            let (roles, warnings) = Roles::guess(&recording);
+            assert_eq!(
+                (roles.normal_force.clone(), roles.vibration.len()),
+                (None, 1)
+            );
+            assert_eq!(warnings, []);
+            let said = roles.force_in_other_unit(&recording).unwrap().to_string();
+            let named = format!("`fz` ({unit}) is called as a force and not used as one");
+            assert!(said.starts_with(&named), "{said}");
+            assert_eq!(roles.without_part(&recording), ["fz"]);
+        }
+        // Beside a force in N of its kind it is the signal of the cell.
+        for (other, is_missing) in [("fz", false), ("fx", true)] {
+            let recording = recording(&[("Fz", Unit::Newton), (other, Unit::Volt)]);
+            let (roles, _) = Roles::guess(&recording);
+            assert_eq!(roles.force_in_other_unit(&recording).is_some(), is_missing);
+        }
+    }
+
+    #[test]
+    fn a_velocity_beside_a_position_is_no_motion() {
+        let channels = [
+            ("velocity", Unit::MetrePerSecond),
+            ("x", Unit::Metre),
+            ("acc", Unit::MetrePerSecondSquared),
+        ];
+        let (roles, warnings) = Roles::guess(&recording(&channels));
+        assert_eq!(roles.motion, Some(Motion::Position("x".into())));
+        let said = warnings.first().map(ToString::to_string).unwrap();
+        assert!(
+            said.contains("`x` of velocity (m/s), x (m) is used as the motion"),
+            "{said}"
+        );
+        // Alone it is the motion, and so is one that its name makes it.
+        let (roles, warnings) = Roles::guess(&recording(&channels[..1]));
+        assert_eq!(roles.motion, Some(Motion::Speed("velocity".into())));
+        assert_eq!(warnings, []);
+        let stage = [("stage velocity", Unit::MetrePerSecond), ("x", Unit::Metre)];
+        let (roles, _) = Roles::guess(&recording(&stage));
+        assert_eq!(roles.motion, Some(Motion::Speed("stage velocity".into())));
     }
 
     #[test]

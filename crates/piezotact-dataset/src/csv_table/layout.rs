@@ -4,6 +4,7 @@ use piezotact::quantity::{SampleRate, Unit};
 use piezotact::recording::StartTime;
 
 use crate::date_time::{Stamp, is_date};
+use crate::time_column::seconds_of;
 
 /// The header is looked for in this many lines.
 const SEARCHED: usize = 200;
@@ -17,6 +18,17 @@ const RATES: [&str; 8] = [
     "scan rate",
     "abtastrate",
     "acquisition rate",
+];
+/// What a line above the header says of the time from sample to sample.
+const STEPS: [&str; 8] = [
+    "sample interval",
+    "sampling interval",
+    "sample period",
+    "sampling period",
+    "sampling time",
+    "time increment",
+    "time step",
+    "abtastintervall",
 ];
 /// What a line above the header says of the start.
 const STARTS: [&str; 5] = ["start", "date", "recorded", "datum", "created"];
@@ -101,7 +113,7 @@ fn header_line(lines: &[(usize, usize, &str)], stated: Option<u8>) -> Option<usi
             && columns > 1
             && width(0) >= columns
             && width(1) >= columns
-            && rate_in(&[lines[0].2], sign).is_none())
+            && rates_in(&[lines[0].2], sign).is_empty())
     {
         return None;
     }
@@ -187,27 +199,66 @@ fn delimiter_of(header: &str) -> u8 {
     delimiter.unwrap_or(b',')
 }
 
-/// The rate that a line above the header of a table states, with that line.
-pub(super) fn rate_in(above: &[&str], delimiter: u8) -> Option<(String, SampleRate)> {
-    above.iter().find_map(|line| {
+/// The rates that lines above the header of a table state, or their inverse, each with its line.
+pub(super) fn rates_in(above: &[&str], delimiter: u8) -> Vec<(String, SampleRate)> {
+    let rates = above.iter().filter_map(|line| {
         let small = line.to_lowercase();
-        let key = RATES
-            .iter()
-            .find_map(|key| Some(small.find(key)? + key.len()))?;
-        let rest = small.get(key..)?;
-        let rest = &rest[rest.find(|c: char| c.is_ascii_digit())?..];
-        let end = rest
-            .find(|c: char| !(c.is_ascii_digit() || c == '.' || c == ','))
-            .unwrap_or(rest.len());
-        let number = rate_number(rest[..end].trim_end_matches([',', '.']), delimiter)?;
-        let factor = match () {
-            () if small.contains("khz") => 1e3,
-            () if small.contains("/min") || small.contains("per min") => 1.0 / 60.0,
-            () => 1.0,
+        let behind = |keys: &[&str]| {
+            let key = |key: &&str| Some(small.find(*key)? + key.len());
+            small.get(keys.iter().find_map(key)?..)
         };
-        let rate = SampleRate::new(number * factor).ok()?;
-        Some((line.trim().to_owned(), rate))
-    })
+        let rate_hz = match behind(&RATES) {
+            Some(rest) => {
+                let (number, _) = number_in(rest, delimiter)?;
+                let factor = match () {
+                    () if small.contains("khz") => 1e3,
+                    () if small.contains("/min") || small.contains("per min") => 1.0 / 60.0,
+                    () => 1.0,
+                };
+                number * factor
+            }
+            None => {
+                let rest = behind(&STEPS)?;
+                let (number, after) = number_in(rest, delimiter)?;
+                // `interval (ms),2`, `interval;0.5 ms`, `interval,0.5,ms`; in s without one, where that is short.
+                let is_unit = |text: &&str| seconds_of(text).is_some();
+                let signs = |c: char| c.is_whitespace() || "()[],;:\t\"=".contains(c);
+                let before = &rest[..rest.len() - after.len()];
+                let mut words = before.split(signs).chain(after.split(signs));
+                let unit_s = words.find(is_unit).and_then(seconds_of);
+                1.0 / (number * unit_s.or((number < 1.0).then_some(1.0))?)
+            }
+        };
+        Some((line.trim().to_owned(), SampleRate::new(rate_hz).ok()?))
+    });
+    rates.collect()
+}
+
+/// The first number of a text, and what follows it.
+fn number_in(text: &str, delimiter: u8) -> Option<(f64, &str)> {
+    let text = &text[text.find(|c: char| c.is_ascii_digit())?..];
+    let mut end = text
+        .find(|c: char| !(c.is_ascii_digit() || c == '.' || c == ','))
+        .unwrap_or(text.len());
+    let number = rate_number(text[..end].trim_end_matches([',', '.']), delimiter)?;
+    // 5.0e-04.
+    let exponent = text[end..].strip_prefix('e').map_or("", |rest| {
+        let digits = rest.trim_start_matches(['+', '-']);
+        let digits = digits.len()
+            - digits
+                .trim_start_matches(|c: char| c.is_ascii_digit())
+                .len();
+        let sign = usize::from(rest.starts_with(['+', '-']));
+        &rest[..if digits > 0 { sign + digits } else { 0 }]
+    });
+    let power: i32 = match exponent {
+        "" => 0,
+        exponent => {
+            end += 1 + exponent.len();
+            exponent.parse().ok()?
+        }
+    };
+    Some((number * 10_f64.powi(power), &text[end..]))
 }
 
 /// A rate with points and commas: of both, the last is the decimal sign. A comma alone before three digits separates thousands in a table

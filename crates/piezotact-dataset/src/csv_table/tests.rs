@@ -173,3 +173,163 @@ fn a_last_row_without_its_end_is_left_out() {
     assert_eq!(file(fixed, "0.20,0.1234"), (21, String::new()));
     assert_eq!(file(free, "0.20,0.12\n"), (21, String::new()));
 }
+
+/// What warnings say.
+fn said(recording: &Recording) -> String {
+    let warnings = recording.about.warnings.iter();
+    warnings.map(Warning::to_string).collect()
+}
+
+#[test]
+fn a_rate_that_a_file_contradicts_is_said() {
+    let rows = |time: fn(usize) -> String| -> String {
+        (0..400).map(|k| format!("{}\n", time(k))).collect()
+    };
+    let both = |k: usize| format!("{0:.2},2024-03-01 10:00:{0:06.3},1", k as f64 / 100.0);
+    let twice = |k: usize| {
+        format!(
+            "{:.2},2024-03-01 10:00:{:06.3},1",
+            k as f64 / 100.0,
+            k as f64 / 50.0
+        )
+    };
+    let whole = |k: usize| format!("{:.2},2024-03-01 10:00:{:02},1", k as f64 / 100.0, k / 100);
+    let header = "Elapsed (s),Date,acc (g)\n".to_owned();
+    for (time, contradicts) in [
+        (both as fn(usize) -> String, false),
+        (twice, true),
+        // Moments to the second are as even as they can be.
+        (whole, false),
+    ] {
+        let r = read(&(header.clone() + &rows(time))).unwrap();
+        assert!((r.rate().hz() - 100.0).abs() < 1e-9);
+        let says = said(&r).contains("`Elapsed` lasts 3.99 s and `Date` 7.98 s in the same rows");
+        assert_eq!(says, contradicts, "{}", said(&r));
+    }
+    // Two columns of numbers.
+    let numbers = "time (s),timestamp (ms),acc (g)\n".to_owned();
+    let r =
+        read(&(numbers.clone() + &rows(|k| format!("{},{},1", k as f64 / 100.0, 10 * k)))).unwrap();
+    assert_eq!(said(&r), "");
+    let r = read(&(numbers + &rows(|k| format!("{},{},1", k as f64 / 100.0, 5 * k)))).unwrap();
+    assert!(
+        said(&r).contains("`time` lasts 3.99 s and `timestamp` 2"),
+        "{}",
+        said(&r)
+    );
+    // Two lines above the header.
+    let lines = "Sample rate: 100 Hz\nScan rate: 200 Hz\n\nacc (g)\n".to_owned();
+    let r = read(&(lines + &rows(|k| format!("{k}")))).unwrap();
+    assert!(
+        said(&r).contains("`Scan rate: 200 Hz` contradicts `Sample rate: 100 Hz`"),
+        "{}",
+        said(&r)
+    );
+}
+
+#[test]
+fn times_are_known_by_the_units_at_their_ends() {
+    for (name, step) in [
+        ("t_us", 500.0),
+        ("micros", 500.0),
+        ("time_us", 500.0),
+        ("unix_time_ms", 0.5),
+        ("Timestamp_ns", 5e5),
+        ("millis", 0.5),
+        ("elapsed_s", 5e-4),
+        ("time ms", 0.5),
+    ] {
+        let rows: String = (0..20)
+            .map(|k| format!("{},1\n", f64::from(k) * step))
+            .collect();
+        let r = read(&format!("{name},acc (g)\n{rows}")).unwrap();
+        assert!(
+            (r.rate().hz() - 2000.0).abs() < 1e-6,
+            "{name}: {}",
+            r.rate()
+        );
+        assert_eq!(said(&r), "", "{name}");
+    }
+    // What ends so and is no time is a channel.
+    let r = read("time (s),contact_s,bias_ms\n0,1,2\n0.1,1,2\n0.2,1,2\n").unwrap();
+    assert_eq!(r.channels()[0].name, "contact_s");
+    assert_eq!(r.channels()[1].name, "bias_ms");
+}
+
+#[test]
+fn days_are_times_where_they_are_stated_or_whole_rates() {
+    let rows = |rate: f64, digits: usize| -> String {
+        let row = |k: i32| format!("{:.digits$},1\n", f64::from(k) / rate / 86_400.0);
+        (0..3000).map(row).collect()
+    };
+    for (header, rate, said_of) in [
+        ("Time (d)", 1000.0, ""),
+        ("Time [days]", 10.0, ""),
+        ("Time (hh:mm:ss)", 10.0, ""),
+        ("Time", 1000.0, "read as days"),
+        ("Time", 1.0, "read as days"),
+    ] {
+        let r = read(&format!("{header},acc (g)\n{}", rows(rate, 12))).unwrap();
+        assert!(
+            (r.rate().hz() / rate - 1.0).abs() < 1e-3,
+            "{header}: {}",
+            r.rate()
+        );
+        assert!(said(&r).contains(said_of), "{header}: {}", said(&r));
+    }
+    let min = read("time (min),acc (g)\n0,1\n0.5,1\n1,1\n").unwrap();
+    assert!((min.rate().hz() - 1.0 / 30.0).abs() < 1e-12);
+    // A fast digitiser is in s.
+    let fast: String = (0..500)
+        .map(|k| format!("{:.7},1\n", f64::from(k) * 1e-6))
+        .collect();
+    let r = read(&format!("Time,acc (g)\n{fast}")).unwrap();
+    assert!((r.rate().hz() - 1e6).abs() < 1.0, "{}", r.rate());
+    // Neither.
+    let refused = read(&format!("Time,acc (g)\n{}", rows(1000.4, 14))).unwrap_err();
+    assert!(
+        refused.to_string().contains("--scale \"Time=d\""),
+        "{refused}"
+    );
+}
+
+#[test]
+fn intervals_above_the_header_state_the_rate() {
+    for (line, hz) in [
+        ("Sample interval (ms),2", 500.0),
+        ("Sample Interval;0.5 ms", 2000.0),
+        ("Sample Interval,4.0e-04,s", 2500.0),
+        ("Sampling period: 250 µs", 4000.0),
+        ("Sample Interval,0.001", 1000.0),
+        ("Sample Rate,1.000000e+03", 1000.0),
+        ("Time increment [us] = 100", 10_000.0),
+    ] {
+        let rows = "1,2\n".repeat(12);
+        let sign = if line.contains(';') { ";" } else { "," };
+        let table = format!("acc (g),fz (N)\n{rows}").replace(',', sign);
+        let r = read(&format!("Device X\n{line}\n{table}")).unwrap();
+        assert!(
+            (r.rate().hz() / hz - 1.0).abs() < 1e-9,
+            "{line}: {}",
+            r.rate()
+        );
+        assert!(said(&r).contains(line), "{}", said(&r));
+    }
+    // 2 of what?
+    assert!(
+        read(&format!(
+            "Device X\nSample interval,2\nacc (g)\n{}",
+            "1\n".repeat(12)
+        ))
+        .is_err()
+    );
+}
+
+#[test]
+fn minutes_and_seconds_are_times() {
+    let row = |k: usize| format!("{:02}:{:06.3},1\n", 59 + k / 500, (k % 500) as f64 * 0.12);
+    let rows: String = (0..499).map(row).collect();
+    let r = read(&format!("Time,acc (g)\n{rows}00:00.000,1\n00:00.120,1\n")).unwrap();
+    assert!((r.rate().hz() - 1.0 / 0.12).abs() < 1e-6, "{}", r.rate());
+    assert_eq!(r.len(), 502);
+}

@@ -8,6 +8,7 @@ use piezotact::document::Content;
 use piezotact::quantity::{Acceleration, Band, Drive, Quantity, SampleRate, Seconds, Unit};
 use piezotact::recording::{Annotations, Clock, Condition, Provenance, Recording};
 use piezotact::render::Rendering;
+use piezotact::roles::Roles;
 use piezotact::statistics::{mean, peak, standard_deviation};
 use piezotact::transfer::{
     CoherenceSummary, Distortion, Limits, StoredIdentities, TransferFunction,
@@ -95,6 +96,9 @@ pub struct RecordingInfo<'a> {
     pub duration_s: Seconds,
     /// Its channels.
     pub channels: Vec<ChannelSummary>,
+    /// The channels from which nothing is computed unless they are named; absent where there are none.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub without_role: Vec<&'a str>,
     /// The channels of each clock; absent where there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub clocks: Option<Vec<ClockSummary>>,
@@ -180,6 +184,7 @@ impl<'a> RecordingInfo<'a> {
                     peak: peak(&channel.samples),
                 })
                 .collect(),
+            without_role: Roles::guess(recording).0.without_part(recording),
             clocks: (recording.clocks().len() > 1).then(|| clock_summaries(recording)),
             annotations: annotated.then_some(&recording.annotations),
             condition: &recording.about.condition,

@@ -110,7 +110,7 @@ pub fn read_eeg_source(path: &Path) -> Result<EegSource, ReadError> {
     }
     let mut beside = None;
     if let Some(table) = sibling(path, "events.tsv") {
-        let found = events::read_events(&table)?;
+        let (found, left_out) = events::read_events(&table)?;
         let markers = events::markers(&segments);
         if markers > 0 {
             beside = Some(EventTable {
@@ -119,7 +119,10 @@ pub fn read_eeg_source(path: &Path) -> Result<EegSource, ReadError> {
                 without_marker: events::without_marker(&found, &segments),
                 markers,
             });
-        } else if !found.is_empty() {
+        } else {
+            segments[0].recording.about.warnings.extend(left_out);
+        }
+        if markers == 0 && !found.is_empty() {
             kind = format!("{kind}, markers of {}", shown(&table));
             events::put(found, &mut segments);
         }
@@ -143,7 +146,8 @@ impl EegSource {
     /// # Errors
     /// [`ReadError`] for another table, or one without an event.
     pub fn take_events(&mut self, path: &Path) -> Result<(), ReadError> {
-        let found = events::read_events(path)?;
+        let (found, left_out) = events::read_events(path)?;
+        self.segments[0].recording.about.warnings.extend(left_out);
         if found.is_empty() {
             return Err(ReadError::content(
                 path,

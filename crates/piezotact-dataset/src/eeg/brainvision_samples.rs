@@ -33,7 +33,35 @@ const SMOOTHER: (f64, f64) = (1.0, 0.25);
 /// So many channels and samples of each are looked at.
 const LOOKED_AT: (usize, usize) = (32, 4000);
 
-/// A warning where samples are clearly smoother in the other orientation than in the one that the header states.
+/// Changes from the last channel of a sample to the first of the next that are so many times as large as those between channels: channels of
+/// one time stand side by side.
+const APART: f64 = 2.0;
+/// The networks of the world, Hz.
+const MAINS_HZ: [f64; 2] = [50.0, 60.0];
+
+/// `values` without their lines of the mains, second by second.
+fn without_mains(values: &mut [f64], rate_hz: f64) {
+    let second = rate_hz.round().max(1.0) as usize;
+    for part in values.chunks_mut(second) {
+        for hz in MAINS_HZ.into_iter().filter(|hz| 2.0 * hz < rate_hz) {
+            let turn = |k: usize| (std::f64::consts::TAU * hz * k as f64 / rate_hz).sin_cos();
+            let (mut sine, mut cosine) = (0.0, 0.0);
+            for (k, value) in part.iter().enumerate() {
+                let (s, c) = turn(k);
+                sine += value * s;
+                cosine += value * c;
+            }
+            let scale = 2.0 / part.len() as f64;
+            for (k, value) in part.iter_mut().enumerate() {
+                let (s, c) = turn(k);
+                *value -= scale * (sine * s + cosine * c);
+            }
+        }
+    }
+}
+
+/// A warning where samples are clearly smoother in the other orientation than in the one that the header states. The mains in all channels
+/// are smooth across them and rough in time: they count for no orientation.
 pub(super) fn other_orientation(header: &Header, stored: &[u8], points: usize) -> Option<Warning> {
     let channels = header.channels.len();
     let width = header.format.width();
@@ -47,12 +75,15 @@ pub(super) fn other_orientation(header: &Header, stored: &[u8], points: usize) -
                 true => k * channels + channel,
                 false => channel * points + k,
             };
-            let values: Vec<f64> = (0..looked)
+            let mut values: Vec<f64> = (0..looked)
                 .filter_map(|k| stored.get(at(k) * width..(at(k) + 1) * width))
                 .map(|bytes| header.format.value(bytes, header.order))
                 .collect();
             let mean = values.iter().sum::<f64>() / looked as f64;
             let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
+            if multiplexed == header.multiplexed {
+                without_mains(&mut values, header.rate.hz());
+            }
             let changes = values.iter().zip(values.iter().skip(1));
             let changes: f64 = changes.map(|(a, b)| (b - a).powi(2)).sum();
             changes / squares
@@ -66,6 +97,22 @@ pub(super) fn other_orientation(header: &Header, stored: &[u8], points: usize) -
         roughness(header.multiplexed)?,
         roughness(!header.multiplexed)?,
     );
+    // What all channels have in common is smooth across them, up to the next sample.
+    let at = |k: usize| {
+        let bytes = stored.get(k * width..(k + 1) * width);
+        bytes.map_or(0.0, |bytes| header.format.value(bytes, header.order))
+    };
+    let (mut within, mut to_next) = (0.0, 0.0);
+    for frame in 0..points.saturating_sub(1).min(LOOKED_AT.1) {
+        let first = frame * channels;
+        let change = |k: usize| (at(first + k + 1) - at(first + k)).powi(2);
+        within += (0..channels - 1).map(change).sum::<f64>();
+        to_next += change(channels - 1);
+    }
+    let are_frames = to_next > APART * within / (channels - 1) as f64;
+    if header.multiplexed && are_frames {
+        return None;
+    }
     let (stated, likely) = match header.multiplexed {
         true => ("MULTIPLEXED", "VECTORIZED"),
         false => ("VECTORIZED", "MULTIPLEXED"),

@@ -2,18 +2,20 @@
 
 use std::path::Path;
 
+use piezotact::Warning;
+use piezotact::number::counted;
 use piezotact::quantity::Seconds;
-use piezotact::recording::{Event, EventValue};
+use piezotact::recording::{Event, EventValue, RecordingWarning};
 
 use super::EegSegment;
 use super::beside::table_of;
 use crate::error::ReadError;
 
 /// The events of a table with columns `onset` (s from the first sample) and `duration`, in its order. An event is called by its `trial_type`, or
-/// where it has none by its `value`. Rows without an onset (`n/a`) are left out.
+/// where it has none by its `value`. Rows without an onset or a name (`n/a`) are left out, with a warning.
 ///
 /// Source: BIDS 1.10.1, task events.
-pub(super) fn read_events(path: &Path) -> Result<Vec<Event>, ReadError> {
+pub(super) fn read_events(path: &Path) -> Result<(Vec<Event>, Option<Warning>), ReadError> {
     let (header, rows) = table_of(path)?;
     let column = |name: &str| header.iter().position(|own| own == name);
     let needed = |name: &str| {
@@ -32,6 +34,7 @@ pub(super) fn read_events(path: &Path) -> Result<Vec<Event>, ReadError> {
         needed("trial_type")?;
     }
     let mut events = Vec::new();
+    let mut left_out = Vec::new();
     for (number, row) in rows.iter().enumerate() {
         let cell = |at: usize| {
             let text = row.get(at).map_or("", String::as_str);
@@ -50,12 +53,16 @@ pub(super) fn read_events(path: &Path) -> Result<Vec<Event>, ReadError> {
             },
         };
         let (Some(onset_s), lasts_s) = (seconds(onset)?, seconds(duration)?) else {
+            left_out.push(number + 2);
             continue;
         };
         let (kind, value) = match (kind.and_then(cell), value.and_then(cell)) {
             (Some(kind), _) => (kind.to_owned(), None),
             (None, Some(value)) => ("value".to_owned(), Some(value)),
-            (None, None) => continue,
+            (None, None) => {
+                left_out.push(number + 2);
+                continue;
+            }
         };
         let value = value.map(|text| match text.parse::<f64>() {
             Ok(number) if number.is_finite() => EventValue::Number(number),
@@ -68,7 +75,20 @@ pub(super) fn read_events(path: &Path) -> Result<Vec<Event>, ReadError> {
             value,
         });
     }
-    Ok(events)
+    let warning = left_out.first().map(|first| {
+        let what = format!(
+            "{} of {} without an onset or a name ({}) {} left out",
+            counted(left_out.len(), "event"),
+            path.display(),
+            match left_out.len() {
+                1 => format!("row {first}"),
+                _ => format!("the first in row {first}"),
+            },
+            if left_out.len() == 1 { "was" } else { "were" }
+        );
+        Warning::from(RecordingWarning::Guessed { what })
+    });
+    Ok((events, warning))
 }
 
 /// Puts `events`, with onsets from the first sample of the file, in the place of those of `segments`: each into the last part that begins before

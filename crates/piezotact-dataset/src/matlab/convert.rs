@@ -8,8 +8,8 @@ use piezotact::quantity::{Degrees, Newtons, SampleRate, Unit};
 use piezotact::transfer::{Estimator, StoredIdentities};
 
 use super::signals::TIMES;
-use super::stored;
 use super::{MatFile, MatNumbers, MatValue};
+use super::{stored, units};
 use crate::error::ReadError;
 use crate::transfer_file::{Lines, from_lines};
 use crate::transfer_json::TransferDocument;
@@ -70,7 +70,9 @@ pub(super) fn flat(file: &MatFile) -> Vec<(String, &MatValue)> {
                 if (1..=MOST_ELEMENTS).contains(&values.len())
                     && !values
                         .iter()
-                        .all(|value| matches!(value, MatValue::Text(_))) =>
+                        .all(|value| matches!(value, MatValue::Text(_)))
+                    // A list of texts may have places without one.
+                    && units::texts_of(value).is_none() =>
             {
                 for (k, value) in values.iter().enumerate().rev() {
                     open.push((format!("{name}{{{}}}", k + 1), value));

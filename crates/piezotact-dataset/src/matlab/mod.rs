@@ -7,6 +7,7 @@ mod convert;
 mod recording;
 mod signals;
 mod stored;
+mod units;
 mod v4;
 mod v5;
 #[cfg(feature = "hdf5")]

@@ -6,16 +6,23 @@
 use std::path::Path;
 
 use piezotact::Warning;
+use piezotact::number::digits;
 use piezotact::quantity::{SampleRate, Seconds};
 use piezotact::recording::Recording;
 
 use super::convert::{flat, holds_response, listed};
-use super::signals::{Found, Named, ROUNDED_TIMES, StatedRate, Variables, nearest_rate, run_of};
+use super::signals::{
+    Found, Named, ROUNDED_TIMES, StatedRate, Variables, nearest_rate, outwards, run_of,
+};
 use super::{MatFile, MatValue};
 use crate::columns::{Column, WithoutUnit, recording_of_bases};
 use crate::error::ReadError;
 use crate::open::ReadOptions;
+use crate::stated_rate::is_same_rate;
 use crate::time_column::{TimeBase, base_beside, base_of, choose_base, state_unit};
+
+/// More objects of classes than this are not named.
+const MOST_OBJECTS: usize = 6;
 
 /// Channels of one time, or of one place and rate.
 struct Group {
@@ -47,19 +54,21 @@ pub(crate) fn recording_of(
     }
     let options = &options;
     let (groups, left_out) = grouped(path, &variables, &mut found, options)?;
+    let mut objects: Vec<(&str, &str)> = (variables.all.iter())
+        .filter_map(|variable| match variable.value {
+            MatValue::Object(class) => Some((
+                variable.name.as_str(),
+                class.as_deref().unwrap_or("of its own"),
+            )),
+            _ => None,
+        })
+        .collect();
+    objects.truncate(MOST_OBJECTS);
     if groups.is_empty() {
-        let table = (variables.all.iter()).find(|variable| match variable.value {
-            MatValue::Object(Some(class)) => ["table", "timetable"].contains(&class.as_str()),
-            _ => false,
-        });
-        let todo = match table {
-            Some(table) => format!(
-                "save the columns of a table in MATLAB with s = table2struct({}, 'ToScalar', true); save('file.mat', '-struct', 's') (a \
-                 timetable first becomes one with timetable2table; its times become seconds with seconds(t - t(1)))",
-                table.name
-            ),
-            None => "save the channels as vectors with a rate `fs` or a time `t`, or export them as CSV with a header".into(),
-        };
+        let todo = objects.first().map_or_else(
+            || "save the channels as vectors with a rate `fs` or a time `t`, or export them as CSV with a header".into(),
+            |(name, class)| how_to_save(name, class),
+        );
         return Err(ReadError::content(
             path,
             "vectors of real numbers, all of one length, as channels",
@@ -74,7 +83,18 @@ pub(crate) fn recording_of(
             path,
             "a rate: a number named fs, rate or sampling_rate, or a vector named t or time",
             listed(&all),
-            "give the rate with --rate, for example --rate 5000",
+            match objects.first() {
+                Some((name, class)) => {
+                    format!("give the rate with --rate, or {}", how_to_save(name, class))
+                }
+                None => "give the rate with --rate, for example --rate 5000".into(),
+            },
+        ));
+    }
+    for (name, class) in &objects {
+        found.guess(format!(
+            "`{name}`, an object of the class {class}, was left out: {}",
+            how_to_save(name, class)
         ));
     }
     for (why, mut names) in left_out {
@@ -100,7 +120,7 @@ pub(crate) fn recording_of(
             "numbers that may be the scale of a channel were not applied: {named} (a scale: --scale \"200 m/s2\")"
         ));
     }
-    let (placed, mut warnings) = on_clocks(path, groups, &mut found, options)?;
+    let (placed, mut warnings) = on_clocks(path, &variables, groups, &mut found, options)?;
     warnings.append(&mut found.warnings);
     let bases: Vec<(TimeBase, Seconds)> = (placed.iter())
         .map(|placed| (placed.base.clone(), Seconds(placed.start_s)))
@@ -122,6 +142,21 @@ pub(crate) fn recording_of(
         options,
         WithoutUnit::OnlyScale { counts: &[] },
     )
+}
+
+/// How the content of an object is saved in MATLAB so that other programs can read it.
+fn how_to_save(name: &str, class: &str) -> String {
+    match class {
+        "table" | "timetable" => format!(
+            "save the columns of a table in MATLAB with s = table2struct({name}, 'ToScalar', true); save('file.mat', '-struct', 's') (a timetable \
+             first becomes one with timetable2table; its times become seconds with seconds(t - t(1)))"
+        ),
+        "datetime" => format!("save it in MATLAB as seconds: t = seconds({name} - {name}(1))"),
+        "duration" => format!("save it in MATLAB as seconds: t = seconds({name})"),
+        "string" | "categorical" => format!("save it in MATLAB as texts: {name} = cellstr({name})"),
+        "timeseries" => format!("save its numbers in MATLAB: t = {name}.Time; x = {name}.Data"),
+        _ => "save its numbers in MATLAB as vectors".to_owned(),
+    }
 }
 
 /// Why vectors were left out, and which.
@@ -224,6 +259,7 @@ struct Placed {
 /// The channels with their grids, and the warnings about the times.
 fn on_clocks(
     path: &Path,
+    variables: &Variables<'_>,
     groups: Vec<Group>,
     found: &mut Found,
     options: &ReadOptions,
@@ -303,7 +339,42 @@ fn on_clocks(
         });
     }
     one_after_the_other(&mut placed, found);
+    if options.rate.is_none() {
+        outer_rates(path, variables, &placed, found)?;
+    }
     Ok((placed, warnings))
+}
+
+/// Warns of rates around the channels that none of them has.
+fn outer_rates(
+    path: &Path,
+    variables: &Variables<'_>,
+    placed: &[Placed],
+    found: &mut Found,
+) -> Result<(), ReadError> {
+    let mut said = Vec::new();
+    for Placed { group, base, .. } in placed {
+        for place in outwards(&group.scope) {
+            for (name, hz) in variables.rates(path, place)? {
+                let is_used = |placed: &Placed| {
+                    let own = placed.group.stated.as_ref();
+                    is_same_rate(placed.base.rate.hz(), hz)
+                        || own.is_some_and(|own| own.name == name)
+                };
+                if said.contains(&name) || placed.iter().any(is_used) {
+                    continue;
+                }
+                found.guess(format!(
+                    "`{name}` states {} Hz and was not used: `{}` has {} Hz",
+                    digits(hz),
+                    group.columns[0].name,
+                    digits(base.rate.hz())
+                ));
+                said.push(name);
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Refuses one rate for channels of several.

@@ -9,10 +9,12 @@ use piezotact::recording::RecordingWarning;
 use piezotact::statistics::median;
 
 use super::convert::shape;
+use super::units::{Stated, texts_of};
 use super::{MatNumbers, MatValue};
 use crate::columns::Column;
 use crate::error::ReadError;
 use crate::stated_rate::{UNIT_WORDS, hz_of, may_be_scale, one_of, states_rate, without_word};
+use crate::time_column;
 
 /// Names of vectors of time, in small letters.
 pub(super) const TIMES: [&str; 7] = [
@@ -27,7 +29,7 @@ pub(super) const TIMES: [&str; 7] = [
 /// Words that make the name of a channel that of its time: `Data1_time_acc` is the time of `Data1_acc`.
 const TIME_WORDS: [&str; 4] = ["time", "timestamp", "zeit", "temps"];
 /// Names of lists of channels.
-const NAMES: [&str; 6] = [
+pub(super) const NAMES: [&str; 6] = [
     "names",
     "name",
     "channels",
@@ -53,7 +55,7 @@ pub(super) struct Named<'m> {
     /// What it shares with its companions: `run(2)`; `{2}` of `acc{2}`.
     pub(super) scope: String,
     /// The last part in small letters: `acc`.
-    last: String,
+    pub(super) last: String,
     pub(super) value: &'m MatValue,
 }
 
@@ -70,7 +72,7 @@ impl<'m> Named<'m> {
         }
     }
 
-    fn is(&self, names: &[&str]) -> bool {
+    pub(super) fn is(&self, names: &[&str]) -> bool {
         names.contains(&self.last.as_str())
     }
 
@@ -83,6 +85,8 @@ impl<'m> Named<'m> {
 pub(super) struct Variables<'m> {
     pub(super) all: Vec<Named<'m>>,
     by_scope: HashMap<String, Vec<usize>>,
+    /// What a structure `units` says of its neighbours, by its place and their names in small letters.
+    in_structures: HashMap<(String, String), String>,
     /// Whether a person states the rate: what the file states of it does not count.
     is_rate_given: bool,
 }
@@ -90,26 +94,48 @@ pub(super) struct Variables<'m> {
 impl<'m> Variables<'m> {
     pub(super) fn new(all: Vec<Named<'m>>, stated: Option<SampleRate>) -> Self {
         let mut by_scope = HashMap::<String, Vec<usize>>::new();
+        let mut in_structures = HashMap::new();
         for (at, variable) in all.iter().enumerate() {
             by_scope.entry(variable.scope.clone()).or_default().push(at);
+            let (place, called) = variable
+                .scope
+                .rsplit_once('.')
+                .unwrap_or(("", &variable.scope));
+            let unit = variable.value.text().map(str::trim);
+            if let (true, Some(unit)) = (UNIT_WORDS.contains(&&*called.to_ascii_lowercase()), unit)
+            {
+                let of = (place.to_owned(), variable.last.clone());
+                in_structures.insert(of, unit.to_owned());
+            }
         }
         Self {
             all,
             by_scope,
+            in_structures,
             is_rate_given: stated.is_some(),
         }
     }
 
-    fn at(&self, scope: &str) -> impl Iterator<Item = usize> {
+    pub(super) fn at(&self, scope: &str) -> impl Iterator<Item = usize> {
         self.by_scope.get(scope).into_iter().flatten().copied()
     }
 
     /// Those of one place.
-    fn here(&self, scope: &str) -> impl Iterator<Item = &Named<'m>> {
+    pub(super) fn here(&self, scope: &str) -> impl Iterator<Item = &Named<'m>> {
         self.at(scope).map(|at| &self.all[at])
     }
 
-    /// The unit that a text beside a variable states of it alone: `fs_unit`, `t_unit`; `wf_xunit_string` of a step.
+    /// The unit that a structure of units states of what is called `name` (in small letters) in a place: `units.ft` of `ft`.
+    pub(super) fn unit_in_structure(&self, scope: &str, name: &str) -> Option<String> {
+        outwards(scope)
+            .find_map(|place| {
+                let of = (place.to_owned(), name.to_owned());
+                self.in_structures.get(&of).filter(|unit| !unit.is_empty())
+            })
+            .cloned()
+    }
+
+    /// The unit that a text beside a variable states of it alone: `fs_unit`, `t_unit`, `units.t`; `wf_xunit_string` of a step.
     fn unit_of(&self, variable: &Named<'m>) -> Option<String> {
         let is_step = ["wf_increment", "increment"].contains(&variable.last.as_str());
         let is_its = |text: &Named<'_>| {
@@ -118,7 +144,19 @@ impl<'m> Variables<'m> {
         };
         let texts = self.texts(&variable.scope);
         let mut texts = texts.into_iter();
-        texts.find_map(|(text, unit)| is_its(text).then(|| unit.to_owned()))
+        (texts.find_map(|(text, unit)| is_its(text).then(|| unit.to_owned())))
+            .or_else(|| self.unit_in_structure(&variable.scope, &variable.last))
+    }
+
+    /// The rates that one place states, in Hz.
+    pub(super) fn rates(&self, path: &Path, scope: &str) -> Result<Vec<(String, f64)>, ReadError> {
+        let all = self.here(scope).filter(|one| states_rate(&one.last));
+        all.filter_map(|one| Some((one, one.value.scalar()?)))
+            .map(|(one, value)| {
+                let hz = hz_of(path, &one.last, value, self.unit_of(one).as_deref())?;
+                Ok((one.name.clone(), hz))
+            })
+            .collect()
     }
 
     /// The texts of one place.
@@ -131,7 +169,7 @@ impl<'m> Variables<'m> {
 }
 
 /// A place and those around it, up to that of the variables themselves.
-fn outwards(scope: &str) -> impl Iterator<Item = &str> {
+pub(super) fn outwards(scope: &str) -> impl Iterator<Item = &str> {
     std::iter::successors(Some(scope), |inner| {
         let end = match inner.ends_with('}') {
             true => inner.rfind('{'),
@@ -166,7 +204,8 @@ pub(super) struct Signal {
 /// What stands for time: its place, and the number of its column.
 #[derive(Default)]
 pub(super) struct Times {
-    places: Vec<(String, usize)>,
+    /// Place, number of the variable and number of the column.
+    places: Vec<(String, usize, usize)>,
     pub(super) columns: Vec<Column>,
 }
 
@@ -185,6 +224,12 @@ impl Times {
         })
     }
 
+    /// The times of one place: the number of the variable, and that of the column.
+    pub(super) fn here(&self, scope: &str) -> impl Iterator<Item = (usize, usize)> {
+        let here = self.places.iter().filter(move |(of, ..)| of == scope);
+        here.map(|(_, at, time)| (*at, *time))
+    }
+
     /// The time of `length` that is nearest to `scope`. `Err` where there are others alone: how far out the nearest stands, and its
     /// length.
     pub(super) fn nearest(
@@ -194,10 +239,10 @@ impl Times {
     ) -> Result<Option<usize>, (usize, usize)> {
         let mut other = None;
         for (far, place) in outwards(scope).enumerate() {
-            for (_, time) in self.places.iter().filter(|(of, _)| of == place) {
-                let found = self.columns[*time].values.len();
+            for (_, time) in self.here(place) {
+                let found = self.columns[time].values.len();
                 if found == length {
-                    return Ok(Some(*time));
+                    return Ok(Some(time));
                 }
                 other = other.or(Some((far, found)));
             }
@@ -240,10 +285,11 @@ impl Found {
             // `time_ms`: the unit may stand at its end.
             let header = Column::from_header(&variable.last);
             let unit = || variables.unit_of(variable);
-            if variable.is(&TIMES) || TIMES.contains(&header.name.as_str()) {
+            let is_called = |name: &str| TIMES.contains(&name) || time_column::is_time(name);
+            if is_called(&variable.last) || is_called(&header.name) {
                 let unit = unit().or(header.unit);
                 let time = found.times.add(&variable.name, unit, values);
-                found.times.places.push((variable.scope.clone(), time));
+                found.times.places.push((variable.scope.clone(), at, time));
                 is_time[at] = true;
             } else if of.is_some()
                 && let Some(other) =
@@ -359,7 +405,8 @@ impl Found {
                 table.insert(name.trim().to_ascii_lowercase(), (*unit).to_owned());
             }
         }
-        let (mut renamed, mut unused) = (Vec::new(), Vec::new());
+        let stated = Stated::of(self, variables);
+        let (mut renamed, mut unused) = (Vec::new(), stated.said);
         for (number, signal) in self.signals.iter().enumerate() {
             let variable = &variables.all[signal.at];
             let here = variables.texts(&variable.scope);
@@ -374,8 +421,11 @@ impl Found {
             let entry = std::iter::once(0)
                 .chain(ends)
                 .find_map(|from| table.get(&variable.last[from..]));
-            let unit =
-                (own.or(only).map(|(_, unit)| (*unit).to_owned())).or_else(|| entry.cloned());
+            let own = own.map(|(_, unit)| (*unit).to_owned());
+            let unit = own
+                .or_else(|| stated.units.get(&number).cloned())
+                .or_else(|| only.map(|(_, unit)| (*unit).to_owned()))
+                .or_else(|| entry.cloned());
             if let (Some((text, of)), None, None) = (any, &unit, &signal.column.unit) {
                 let what = format!(
                     "`{}` states {of} for {arrays} variables and was not used",
@@ -419,17 +469,7 @@ fn list_of(
 ) -> Option<Vec<String>> {
     outwards(scope).find_map(|place| {
         let mut here = variables.here(place).filter(|variable| variable.is(names));
-        here.find_map(|variable| {
-            let texts: Vec<String> = match variable.value {
-                MatValue::Text(rows) => rows.iter().map(|row| row.trim().to_owned()).collect(),
-                MatValue::Cell { values, .. } => {
-                    let texts = values.iter().map(|value| value.text().map(str::to_owned));
-                    texts.collect::<Option<_>>()?
-                }
-                _ => return None,
-            };
-            (texts.len() == count).then_some(texts)
-        })
+        here.find_map(|variable| texts_of(variable.value).filter(|texts| texts.len() == count))
     })
 }
 
@@ -496,14 +536,7 @@ pub(super) fn nearest_rate(
     scope: &str,
 ) -> Result<Option<StatedRate>, ReadError> {
     for (far, place) in outwards(scope).enumerate() {
-        let mut rates = Vec::new();
-        for variable in variables.here(place).filter(|one| states_rate(&one.last)) {
-            if let Some(value) = variable.value.scalar() {
-                let unit = variables.unit_of(variable);
-                let hz = hz_of(path, &variable.last, value, unit.as_deref())?;
-                rates.push((variable.name.clone(), hz));
-            }
-        }
+        let mut rates = variables.rates(path, place)?;
         if variables.is_rate_given {
             rates.truncate(1);
         }

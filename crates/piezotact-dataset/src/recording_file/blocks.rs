@@ -193,6 +193,19 @@ fn of_another(
                 if options.rate.is_some() {
                     warnings.clear();
                 }
+                // Times that contradict it are looked at whole.
+                let other = moments.first().filter(|other| **other != time);
+                if let Some(other) = other {
+                    let seconds = Column {
+                        unit: Some("s".into()),
+                        ..columns[*other].1.clone()
+                    };
+                    let found = even_rate(path, reader, *other, &seconds, &mut Vec::new());
+                    let agrees = |found: SampleRate| (found.hz() / rate.hz() - 1.0).abs() < 0.01;
+                    if !found.is_ok_and(|found| found.is_some_and(agrees)) {
+                        return Ok(None);
+                    }
+                }
                 options.rate = Some(rate);
             }
             _ => return Ok(None),

@@ -16,10 +16,12 @@ use crate::columns::{Column, WithoutUnit, recording_of_bases, start_of_part};
 use crate::error::ReadError;
 use crate::lvm;
 use crate::open::ReadOptions;
-use crate::time_column::{TimeBase, base_of, choose_base, is_time, rate_of_step};
+use crate::time_column::{TimeBase, base_of, choose_base, is_time, rate_of_step, seconds_of};
 
 /// More names than this are not listed in a warning.
 const MOST_NAMED: usize = 6;
+/// Starts that differ by less than this share of a sample are one.
+const LEAST_SHIFT: f64 = 0.01;
 /// Properties with these words in their names are labels of the recording.
 const LABELS: [&str; 6] = [
     "description",
@@ -164,6 +166,7 @@ pub(super) fn recording_of(
             _ => 0.0,
         };
         let base = choose_base(path, options, found, &mut of_rate)?;
+        warnings.extend(group.shifted());
         bases.push((base, Seconds(start_s)));
         for signal in group.signals {
             if signal.is_count {
@@ -414,12 +417,8 @@ fn gap(object: &Object, step_s: f64, second: f64) -> Option<(u64, f64)> {
 /// Whether a channel holds the times of others.
 fn holds_times(signal: &Signal) -> bool {
     let name = Column::from_header(&signal.column.name).name;
-    let unit = signal
-        .column
-        .unit
-        .as_deref()
-        .map(|unit| Unit::parse(unit).0);
-    is_time(&name) && unit.is_none_or(|unit| unit == Unit::Second)
+    let unit = signal.column.unit.as_deref();
+    is_time(&name) && unit.is_none_or(|unit| seconds_of(unit).is_some())
 }
 
 /// The scales of a channel: its own, or those of its group or of the file.
@@ -473,12 +472,38 @@ impl Group {
     fn holds(&self, signal: &Signal, times: Option<usize>) -> bool {
         let first = &self.signals[0];
         let half_a_step = 0.5 * first.step_s.unwrap_or(0.0);
-        let starts = match (&first.began, &signal.began) {
-            (Some(own), Some(other)) => own.seconds_since(other).0.abs() <= half_a_step,
-            (None, None) => (first.offset_s - signal.offset_s).abs() <= half_a_step,
-            _ => false,
-        };
+        let starts = (self.later_s(signal)).is_some_and(|later| later.abs() <= half_a_step);
         self.times == times && first.step_s == signal.step_s && (starts || first.step_s.is_none())
+    }
+
+    /// How much later than its first one a signal begins, s; absent where only one of them states a moment.
+    fn later_s(&self, signal: &Signal) -> Option<f64> {
+        let first = &self.signals[0];
+        match (&first.began, &signal.began) {
+            (Some(own), Some(other)) => Some(other.seconds_since(own).0),
+            (None, None) => Some(signal.offset_s - first.offset_s),
+            _ => None,
+        }
+    }
+
+    /// The warning that signals begin up to half a sample from the first one, whose clock they share.
+    fn shifted(&self) -> Option<Warning> {
+        let first = &self.signals[0];
+        let step_s = first.step_s?;
+        let shifts = self.signals.iter().filter_map(|signal| {
+            let shift = self.later_s(signal)? / step_s;
+            let name = &signal.column.name;
+            (shift.abs() > LEAST_SHIFT).then(|| format!("`{name}` by {} samples", digits(shift)))
+        });
+        let shifts: Vec<String> = shifts.collect();
+        (!shifts.is_empty()).then(|| {
+            guessed(format!(
+                "channels that begin up to half a sample ({} ms) from `{}` are read as taken at once with it: {} later",
+                digits(500.0 * step_s),
+                first.column.name,
+                first_of(&shifts)
+            ))
+        })
     }
 
     /// The time of its first sample.

@@ -10,6 +10,8 @@ use piezotact::recording::{BenchKind, Event, EventValue, Recording, RecordingWar
 use piezotact::warning::Warnings;
 use serde::{Deserialize, Serialize};
 
+use super::reference::Montage;
+
 /// The kind of a marker with which a task begins; its value is the name of the task.
 const TASK: &str = "task";
 
@@ -83,6 +85,40 @@ impl Segment<'_> {
         let stated = self.stated.iter().find(|stated| stated.name == name);
         let kind = stated.and_then(|stated| stated.kind);
         kind.unwrap_or_else(|| SignalKind::of(name, unit))
+    }
+
+    /// The channels with the name of a position of the 10-10 system in a unit that is not known here, by that unit.
+    #[must_use]
+    pub fn electrodes_in_other_units(&self) -> BTreeMap<String, Vec<String>> {
+        let names: Vec<String> = (self.recording.channels().iter())
+            .map(|channel| channel.name.clone())
+            .collect();
+        let known = Montage::known(&names);
+        let mut found = BTreeMap::<String, Vec<String>>::new();
+        for (channel, known) in self.recording.channels().iter().zip(known) {
+            if let (Some(_), Unit::Other(unit)) = (known, &channel.unit)
+                && self.kind_of(&channel.name, &channel.unit) == SignalKind::Other
+            {
+                let unit = match unit.as_str() {
+                    "" => "no unit".to_owned(),
+                    unit => unit.to_owned(),
+                };
+                found.entry(unit).or_default().push(channel.name.clone());
+            }
+        }
+        found
+    }
+
+    /// The channels that are no electrodes, each with its kind in brackets: those among `names`, and the others.
+    #[must_use]
+    pub fn no_electrodes(&self, names: &[String]) -> [Vec<String>; 2] {
+        let channels = self.recording.channels().iter().filter_map(|channel| {
+            let kind = self.kind_of(&channel.name, &channel.unit);
+            let text = format!("{} ({})", channel.name, kind.word());
+            (kind != SignalKind::Eeg).then(|| (names.contains(&channel.name), text))
+        });
+        let (among, others): (Vec<_>, Vec<_>) = channels.partition(|(is_among, _)| *is_among);
+        [among, others].map(|all| all.into_iter().map(|(_, text)| text).collect())
     }
 
     /// Whether the table beside the file calls a channel bad.
@@ -326,7 +362,6 @@ impl fmt::Display for Subject {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::eeg::reference::Montage;
 
     fn event(kind: &str, value: Option<&str>) -> Event {
         Event {

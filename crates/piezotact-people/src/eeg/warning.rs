@@ -164,6 +164,9 @@ pub enum LeftOutElectrodes {
     /// Channels that a table calls bad are left out.
     #[error("the table of channels beside the file marks them as bad")]
     CalledBad,
+    /// Channels called as electrodes whose unit is none of a potential.
+    #[error("their unit `{unit}` is none of a potential")]
+    NotInVolts { unit: String },
 }
 
 impl LeftOutElectrodes {
@@ -171,6 +174,7 @@ impl LeftOutElectrodes {
     fn advice(&self) -> &'static str {
         match self {
             Self::CalledBad => "name all channels to analyse them",
+            Self::NotInVolts { .. } => "correct the unit in the file (µV, mV, V)",
         }
     }
 }

@@ -18,6 +18,7 @@ mod form;
 mod instrument;
 mod lines;
 mod material;
+mod mean_period;
 mod page;
 mod parameters;
 mod plausible;

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::HeightMap;
 use super::autocorrelation::Correlogram;
+use super::mean_period::MeanPeriod;
 use piezotact::criterion::{Criterion, Limit, Outcome};
 use piezotact::statistics::standard_deviation;
 
@@ -206,7 +207,10 @@ fn ridges(
     let cells = cells(period_m, finest_m);
     let mut mean = MeanPeriod::new(cells, 1);
     for (x_m, y_m, z) in places(map) {
-        mean.add((x_m * across.0 + y_m * across.1) / period_m, 0.0, z);
+        mean.add(
+            [(x_m * across.0 + y_m * across.1) / period_m, 0.0],
+            [x_m, y_m, z],
+        );
     }
     let (low_m, high_m, share) = mean.half_height()?;
     Some(PeriodicTexture {
@@ -236,7 +240,7 @@ fn dots(map: &HeightMap, correlogram: &Correlogram, alike: &[&Maximum]) -> Optio
     for (x_m, y_m, z) in places(map) {
         let u = (x_m * b.1 - y_m * b.0) / area_m2;
         let v = (y_m * a.0 - x_m * a.1) / area_m2;
-        mean.add(u, v, z);
+        mean.add([u, v], [x_m, y_m, z]);
     }
     let (low_m, high_m, above) = mean.half_height()?;
     let (kind, share) = match above > 0.5 {
@@ -269,8 +273,11 @@ fn dots(map: &HeightMap, correlogram: &Correlogram, alike: &[&Maximum]) -> Optio
     })
 }
 
+/// Into how many cells a period is divided: each is as wide as a whole number of points, so that all hold as many.
 fn cells(period_m: f64, step_m: f64) -> usize {
-    ((period_m / step_m) as usize).clamp(2, MOST_CELLS)
+    let points = period_m / step_m;
+    let wide = (points / MOST_CELLS as f64).ceil().max(1.0);
+    ((points / wide).round() as usize).clamp(2, MOST_CELLS)
 }
 
 /// The measured points with their places, m.
@@ -285,54 +292,6 @@ fn places(map: &HeightMap) -> impl Iterator<Item = (f64, f64, f64)> {
             *z,
         )
     })
-}
-
-/// Heights averaged over the places within one period.
-struct MeanPeriod {
-    sums: Vec<(f64, usize)>,
-    shape: (usize, usize),
-}
-
-impl MeanPeriod {
-    fn new(u: usize, v: usize) -> Self {
-        Self {
-            sums: vec![(0.0, 0); u * v],
-            shape: (u, v),
-        }
-    }
-
-    fn add(&mut self, u: f64, v: f64, z: f64) {
-        let cell = |phase: f64, cells: usize| {
-            (((phase - phase.floor()) * cells as f64) as usize).min(cells - 1)
-        };
-        let at = cell(v, self.shape.1) * self.shape.0 + cell(u, self.shape.0);
-        self.sums[at].0 += z;
-        self.sums[at].1 += 1;
-    }
-
-    /// The lowest and the highest cell, m, and the share of the period above the middle between them, along straight lines from
-    /// cell to cell.
-    fn half_height(&self) -> Option<(f64, f64, f64)> {
-        let height_m = |(sum, count): &(f64, usize)| (*count > 0).then(|| sum / *count as f64);
-        let heights_m: Vec<Option<f64>> = self.sums.iter().map(height_m).collect();
-        let measured = || heights_m.iter().flatten().copied();
-        let (low_m, high_m) = (measured().reduce(f64::min)?, measured().reduce(f64::max)?);
-        let half_m = f64::midpoint(low_m, high_m);
-        let (mut above, mut steps) = (0.0, 0usize);
-        for row in heights_m.chunks_exact(self.shape.0) {
-            for (from, to) in row.iter().zip(row.iter().cycle().skip(1)) {
-                if let (Some(from), Some(to)) = (from, to) {
-                    let (low, high) = (from.min(*to), from.max(*to));
-                    above += match high > low {
-                        true => ((high - half_m) / (high - low)).clamp(0.0, 1.0),
-                        false => f64::from(u8::from(high > half_m)),
-                    };
-                    steps += 1;
-                }
-            }
-        }
-        (steps > 0).then(|| (low_m, high_m, above / steps as f64))
-    }
 }
 
 /// The numbers of points of the connected regions inside, of those that touch neither the border nor a point that was not measured.

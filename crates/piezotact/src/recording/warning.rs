@@ -166,6 +166,12 @@ pub enum MissingChannel {
         "`{channel}` is recorded by a sound input, which does not pass 0 Hz: a steady force is not in it"
     )]
     SteadyForce { channel: String },
+    /// Channels that are called as forces, in another unit.
+    #[error(
+        "{} is called as a force and not used as one, because it is not in N",
+        first_of(channels, ", ")
+    )]
+    ForceUnit { channels: Vec<String> },
 }
 
 impl MissingChannel {
@@ -178,6 +184,7 @@ impl MissingChannel {
                 "measure the force together with the acceleration"
             }
             Self::Loopback => "connect the output to an input",
+            Self::ForceUnit { .. } => "state how many N 1 of it stands for",
         }
     }
 }

@@ -308,6 +308,7 @@ pub fn cut(recorded: Recorded, stated: &Stated) -> Result<AnalysedRecording, Stu
     if stated.vibration.is_empty() {
         recording.about.warnings.extend(warnings);
     }
+    (recording.about.warnings).extend(roles.force_in_other_unit(&recording));
     recording.differentiate_velocities(&roles.vibration);
     let recording = recording
         .on_the_clock_of(roles.channels())

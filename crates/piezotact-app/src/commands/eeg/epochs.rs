@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use piezotact::Warning;
+use piezotact::recording::RecordingWarning;
 use piezotact_dataset::eeg::{markers_of, write_brainvision};
 use piezotact_people::eeg::counts::EegEpochs;
 use piezotact_people::eeg::prepare::{PrepareConfig, PrepareError, Prepared, prepare_at};
@@ -73,8 +75,32 @@ fn found(args: &Arguments) -> Outcome<(EegEpochs, Prepared)> {
         participant: stated(participant.unwrap_or_default()),
         task: stated(prepared.task.clone()),
     };
-    let found = EegEpochs::of(&crate::report::name(&args.file), &subject, &prepared);
+    let mut found = EegEpochs::of(&crate::report::name(&args.file), &subject, &prepared);
+    if let (Some(_), Some(first)) = (&args.out, source.segments().first()) {
+        found.warnings.extend(lost_in(first, &found.channels));
+    }
     Ok((found, prepared))
+}
+
+/// What the file of epochs of these channels does not hold of those of the recording.
+fn lost_in(recording: &Segment<'_>, names: &[String]) -> Vec<Warning> {
+    let [among, others] = recording.no_electrodes(names);
+    let loses = |what: &str, format: &str, names: &[String]| {
+        let what = format!("{what}: {}", names.join(", "));
+        let format = format.into();
+        (!names.is_empty()).then(|| RecordingWarning::FormatLoses { format, what }.into())
+    };
+    let left_out = loses(
+        "channels that are no electrodes",
+        "The file of epochs",
+        &others,
+    );
+    let kinds = loses(
+        "what channels record, so state it in MNE (set_channel_types)",
+        "BrainVision",
+        &among,
+    );
+    left_out.into_iter().chain(kinds).collect()
 }
 
 /// The epochs of a file; what an option leaves open is a matter of usage.

@@ -110,6 +110,13 @@ fn a_table_of_events_gives_the_markers_of_a_file_without_any() {
     let [segment] = &found.segments[..] else {
         panic!("one part")
     };
+    let said = segment.recording.about.warnings.iter();
+    let said: String = said.map(ToString::to_string).collect();
+    assert!(said.contains("1 event of "), "{said}");
+    assert!(
+        said.contains("without an onset or a name (row 3) was left out"),
+        "{said}"
+    );
     // 0.403 s at 250 Hz lie between two samples, nearer to the later one.
     assert_eq!(segment.event_samples, [101, 300, -25]);
     let events = &segment.recording.annotations.events;

@@ -4,6 +4,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use piezotact::Warning;
+use piezotact::number::digits;
 use piezotact::quantity::Seconds;
 use piezotact::recording::{
     Channel, Clock, Condition, Event, EventValue, LostBy, NotUsed, Provenance, Recording,
@@ -104,6 +105,24 @@ fn parts_of(path: &Path, bytes: &[u8], between: Between) -> Result<Vec<EegSegmen
         segments.push(segment(path, &signals, part)?);
     }
     let starts_s: Vec<f64> = segments.iter().map(|(_, start_s)| *start_s).collect();
+    // Half a sample, so that a marker on the first sample of a part stays in it.
+    let slack_s = 0.5 / leading.effective_rate_hz.unwrap_or(leading.nominal_rate_hz);
+    let mut ends_s = f64::NEG_INFINITY;
+    for (number, part) in parts.iter().enumerate() {
+        let (stream, own) = &part.leading;
+        let time_s = |at: usize| stream.time_s.get(at).copied().unwrap_or_default();
+        let overlap_s = ends_s - time_s(own.start);
+        if overlap_s > slack_s {
+            guessed(format!(
+                "the clock of stream `{}` went back: part {} begins {} s before the one before it ends, and markers of that time may stand in the \
+                 wrong part",
+                stream.name,
+                number + 1,
+                digits(overlap_s)
+            ));
+        }
+        ends_s = ends_s.max(time_s(own.end.saturating_sub(1)));
+    }
     let mut segments: Vec<EegSegment> = segments
         .into_iter()
         .map(|(recording, start_s)| EegSegment {
@@ -112,8 +131,6 @@ fn parts_of(path: &Path, bytes: &[u8], between: Between) -> Result<Vec<EegSegmen
             event_samples: Vec::new(),
         })
         .collect();
-    // Half a sample, so that a marker on the first sample of a part stays in it.
-    let slack_s = 0.5 / leading.effective_rate_hz.unwrap_or(leading.nominal_rate_hz);
     for (time_s, stream, value) in events {
         let begun = starts_s.partition_point(|start_s| *start_s <= time_s + slack_s);
         let number = begun.saturating_sub(1);

@@ -17,6 +17,7 @@ use super::pulses::SharedClock;
 use super::quality;
 use super::reference::Montage;
 use super::source::{Segment, SignalKind, events, marker_name, tasks, warnings_of};
+use super::{EegWarning, LeftOutElectrodes};
 
 /// One channel.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -116,7 +117,8 @@ impl Content for EegInfo {
 /// None; a file without a segment has no channel.
 #[must_use]
 pub fn info(file: &str, kind: &str, segments: &[Segment<'_>]) -> EegInfo {
-    let first = segments.first().map(|segment| segment.recording);
+    let first_of = segments.first();
+    let first = first_of.map(|segment| segment.recording);
     let channels = segments
         .first()
         .map_or_else(Vec::new, |first| channels(first, segments));
@@ -129,8 +131,24 @@ pub fn info(file: &str, kind: &str, segments: &[Segment<'_>]) -> EegInfo {
         markers: marker_counts(segments),
         tasks: tasks(segments),
         clock: None,
-        warnings: [warnings_of(segments), apart(segments)].concat(),
+        warnings: [
+            warnings_of(segments),
+            in_other_units(first_of),
+            apart(segments),
+        ]
+        .concat(),
     }
+}
+
+/// The warnings about channels that are called as electrodes and are in none of their units.
+fn in_other_units(first: Option<&Segment<'_>>) -> Vec<Warning> {
+    let found = first.map(Segment::electrodes_in_other_units);
+    let warning = |(unit, names): (String, Vec<String>)| {
+        let why = LeftOutElectrodes::NotInVolts { unit };
+        let names = names.join(", ");
+        Warning::from(EegWarning::ElectrodesLeftOut { names, why })
+    };
+    found.into_iter().flatten().map(warning).collect()
 }
 
 /// The warnings about electrodes that stand apart from the others, in the longest part; none where they have different rates.

@@ -60,6 +60,11 @@ pub enum PrepareError {
         /// Why the first has no epoch.
         why: String,
     },
+    /// A high-pass filter at or above the low-pass one.
+    #[error(
+        "the high-pass filter at {high_pass_hz} Hz is not below the low-pass filter at {low_pass_hz} Hz, so nothing passes; exchange or correct them"
+    )]
+    NothingPasses { high_pass_hz: f64, low_pass_hz: f64 },
     /// No marker was asked for.
     #[error("state the markers around which epochs are cut; the file has {found}")]
     NoMarkerStated {

@@ -206,6 +206,7 @@ pub fn prepare_at(
     config: &PrepareConfig,
     measured: Option<&Montage>,
 ) -> Result<Prepared, PrepareError> {
+    something_passes(&config.filters)?;
     let mut signals = Signals::of(segments, config)?;
     let task = task_asked(segments, config.task.as_deref())?;
     let (marked, mut outside) = marked(segments, config, &task, &signals.starts)?;
@@ -267,6 +268,27 @@ pub fn prepare_at(
         counts,
         warnings,
     })
+}
+
+/// Refuses filters that leave nothing.
+fn something_passes(filters: &[Pass]) -> Result<(), PrepareError> {
+    let lows = filters.iter().filter_map(|pass| match pass {
+        Pass::Above(hz) | Pass::Between(hz, _) => Some(*hz),
+        _ => None,
+    });
+    let highs = filters.iter().filter_map(|pass| match pass {
+        Pass::Below(hz) | Pass::Between(_, hz) => Some(*hz),
+        _ => None,
+    });
+    match (lows.reduce(f64::max), highs.reduce(f64::min)) {
+        (Some(high_pass_hz), Some(low_pass_hz)) if high_pass_hz >= low_pass_hz => {
+            Err(PrepareError::NothingPasses {
+                high_pass_hz,
+                low_pass_hz,
+            })
+        }
+        _ => Ok(()),
+    }
 }
 
 /// The task whose epochs are taken; empty where the recording names none.

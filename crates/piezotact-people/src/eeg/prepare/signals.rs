@@ -116,14 +116,27 @@ impl Signals {
                 own.into_iter().map(|c| c.name.clone()).collect()
             }
         };
+        let odd = first.electrodes_in_other_units();
         if electrodes.is_empty() {
+            let units: Vec<String> = (odd.iter())
+                .map(|(unit, names)| format!("; {} are in `{unit}`", names.join(", ")))
+                .collect();
             return Err(PrepareError::NoElectrode {
-                channels: listed(channels),
+                channels: format!("{}{}", listed(channels), units.concat()),
             });
         }
         let names = [electrodes.clone(), eog].concat();
         one_rate(segments, &names)?;
         let mut found = Self::joined(segments, names, electrodes)?.checked()?;
+        if matches!(config.channels, ChannelChoice::AllBut(_)) {
+            let left_out = odd
+                .into_iter()
+                .map(|(unit, names)| EegWarning::ElectrodesLeftOut {
+                    names: names.join(", "),
+                    why: LeftOutElectrodes::NotInVolts { unit },
+                });
+            found.warnings.extend(left_out.map(Warning::from));
+        }
         if !bad.is_empty() {
             let names = bad.join(", ");
             found.warnings.push(

@@ -491,6 +491,87 @@ fn a_part_that_is_called_bad_is_in_no_epoch() {
     );
 }
 
+/// EDF has been written with the unit `.V`.
+#[test]
+fn electrodes_in_an_unknown_unit_are_named_with_it() {
+    let [(first, samples), _] = parts();
+    let with = |units: [&str; 2]| {
+        let mut channels = first.channels().to_vec();
+        for (channel, unit) in channels.iter_mut().zip(units) {
+            channel.unit = Unit::parse(unit).0;
+        }
+        let mut made = Recording::new(
+            channels,
+            first.rate(),
+            Condition::default(),
+            Provenance::default(),
+        )
+        .unwrap();
+        made.annotations = first.annotations.clone();
+        let segment = Segment {
+            recording: &made,
+            start_s: Seconds(0.0),
+            event_samples: &samples,
+            stated: &[],
+        };
+        prepare(&[segment], &config(&[("S 1", "S1"), ("S 2", "S2")]))
+    };
+    let said = with([".V", ".V"]).unwrap_err().to_string();
+    assert!(said.contains("C3, C4 are in `.V`"), "{said}");
+    let found = with([".V", "V"]).unwrap();
+    assert_eq!(found.epochs.channels(), ["C4"]);
+    let said = found
+        .warnings
+        .iter()
+        .map(ToString::to_string)
+        .collect::<String>();
+    assert!(
+        said.contains("C3: left out, as their unit `.V` is none of a potential"),
+        "{said}"
+    );
+    assert!(
+        with(["V", "V"])
+            .unwrap()
+            .warnings
+            .iter()
+            .all(|one| one.code != "eeg_electrodes_left_out")
+    );
+}
+
+#[test]
+fn a_high_pass_above_the_low_pass_is_refused() {
+    let [(first, samples), _] = parts();
+    let segment = Segment {
+        recording: &first,
+        start_s: Seconds(0.0),
+        event_samples: &samples,
+        stated: &[],
+    };
+    let with = |filters: Vec<Pass>| {
+        let asked = PrepareConfig {
+            filters,
+            ..config(&[("S 1", "S1"), ("S 2", "S2")])
+        };
+        prepare(&[segment], &asked)
+    };
+    let filters = vec![Pass::Above(30.0), Pass::Below(10.0)];
+    let said = with(filters).unwrap_err().to_string();
+    assert!(
+        said.contains("at 30 Hz is not below the low-pass filter at 10 Hz"),
+        "{said}"
+    );
+    assert!(with(vec![Pass::Above(2.0), Pass::Below(30.0)]).is_ok());
+    let names = ["C3", "VEOG"].map(str::to_owned);
+    let [among, others] = segment.no_electrodes(&names);
+    assert_eq!(
+        (among, others),
+        (
+            vec!["VEOG (EOG)".to_owned()],
+            vec!["force (other)".to_owned()]
+        )
+    );
+}
+
 #[test]
 fn samples_that_are_no_numbers_lose_their_epochs_alone() {
     let events: Vec<(f64, &str, &str)> = (1..=6)
