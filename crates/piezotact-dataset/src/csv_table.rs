@@ -40,8 +40,17 @@ pub(crate) fn read_table(
     } = layout(&text);
     let wrong =
         |expected: &str, found: String, todo: &str| ReadError::content(path, expected, found, todo);
+    let records = || {
+        csv::ReaderBuilder::new()
+            .delimiter(delimiter)
+            .has_headers(false)
+            .flexible(true)
+            .trim(csv::Trim::All)
+            .from_reader(text.as_bytes())
+            .into_records()
+    };
     let mut warnings = Vec::from_iter(skipped(&above));
-    let signs = signs_in(text, delimiter, &mut warnings).map_err(|found| {
+    let signs = signs_in(text, delimiter, &mut warnings, records).map_err(|found| {
         wrong(
             "numbers whose decimal sign is known",
             format!(
@@ -51,58 +60,61 @@ pub(crate) fn read_table(
             "export the table without separators of thousands, or with another number of decimals",
         )
     })?;
-    let unreadable =
-        |error: csv::Error| wrong("rows of numbers", error.to_string(), "repair the file");
-    let mut rows = Rows::of(text, delimiter).map_err(unreadable)?;
+    let rows = records().enumerate();
+    let is_empty = |row: &csv::StringRecord| row.iter().all(str::is_empty);
+    let mut rows = rows
+        .filter(|(_, row)| !row.as_ref().is_ok_and(is_empty))
+        .peekable();
     let number = |cell: &str| match signs {
         Some(signs) => signs.number(cell),
         None => cell.parse().ok(),
     };
 
-    let Some((header, ..)) = rows.next().map_err(unreadable)? else {
-        return Err(wrong(
-            "a table with a header",
-            "nothing".into(),
-            "check the file",
-        ));
+    let header = match rows.next() {
+        Some((_, Ok(row))) => row,
+        _ => {
+            return Err(wrong(
+                "a table with a header",
+                "nothing".into(),
+                "check the file",
+            ));
+        }
     };
-    let mut columns = columns_of(path, header, &number)?;
+    let mut columns = columns_of(path, &header, &number)?;
     let width = columns.len();
     let mut cells_of = Vec::new();
     let mut second = true;
     let mut last_row = lines_above + 1;
     let has_end = text.ends_with(['\n', '\r']);
     let mut decimals = Vec::<usize>::new();
-    while let Some((row, at, is_last)) = rows.next().map_err(unreadable)? {
+    while let Some((at, row)) = rows.next() {
         let line = at + 1 + lines_above;
-        if let Some(extra) = row
-            .iter()
-            .skip(width)
-            .map(str::trim)
-            .find(|cell| !cell.is_empty())
-        {
+        let row =
+            row.map_err(|error| wrong("rows of numbers", error.to_string(), "repair the file"))?;
+        if let Some(extra) = row.iter().skip(width).find(|cell| !cell.is_empty()) {
             return Err(wrong(
                 &format!("{width} columns in every row, as in the header"),
                 format!("one more, `{extra}`, in row {line}"),
                 "if the numbers have decimal commas, export with semicolons or tabs between columns",
             ));
         }
-        let cells = || row.iter().take(width).map(str::trim);
-        let held = row.len().min(width);
-        let last = cells().last();
+        let cells: Vec<&str> = row.iter().take(width).collect();
         let is_moment = |cell: &&str| Stamp::of(cell).is_some() || is_date(cell);
         let is_value = |cell: &&str| number(cell).is_some() || is_moment(cell);
-        if std::mem::take(&mut second) && !cells().any(|cell| is_value(&cell)) {
-            for (column, unit) in columns.iter_mut().zip(cells()) {
+        if std::mem::take(&mut second) && !cells.iter().any(is_value) {
+            for (column, unit) in columns.iter_mut().zip(&cells) {
                 column.unit = Some(unit.trim_matches(['(', ')', '[', ']']).to_owned());
             }
             continue;
         }
         let count = columns.first().map_or(0, |column| column.values.len());
-        if !has_end && is_last && count >= FEW_ROWS {
+        if !has_end && rows.peek().is_none() && count >= FEW_ROWS {
             // Where every number has as many decimals, this one is whole.
-            let own = last.and_then(decimals_of);
-            let is_whole = held == width && own.is_some_and(|own| decimals == [own]);
+            let is_whole = cells.len() == width
+                && cells
+                    .last()
+                    .and_then(|cell| decimals_of(cell))
+                    .is_some_and(|own| decimals == [own]);
             if !is_whole {
                 let what = format!(
                     "the file is truncated: row {line} has no end of line, its last number may be cut, and it was left out"
@@ -111,17 +123,17 @@ pub(crate) fn read_table(
                 break;
             }
         }
-        if held < width {
+        if cells.len() < width {
             return Err(wrong(
                 &format!("{width} columns in every row"),
-                format!("{held} in row {line}"),
+                format!("{} in row {line}", cells.len()),
                 "the file was cut short or a cell is missing: repair that row",
             ));
         }
         if cells_of.is_empty() {
-            cells_of.extend(cells().map(Cells::of));
+            cells_of.extend(cells.iter().map(|cell| Cells::of(cell)));
         }
-        for ((column, cell), of) in columns.iter_mut().zip(cells()).zip(&mut cells_of) {
+        for ((column, cell), of) in columns.iter_mut().zip(&cells).zip(&mut cells_of) {
             let value = match of {
                 Cells::Numbers => number(cell).filter(|value| is_sample(*value)),
                 Cells::Moments(stamps) => stamps.seconds(cell),
@@ -130,7 +142,7 @@ pub(crate) fn read_table(
             let value = value.ok_or_else(|| no_number(path, column, cell, line))?;
             column.values.push(value);
         }
-        let own = last.and_then(decimals_of).unwrap_or(0);
+        let own = cells.last().and_then(|cell| decimals_of(cell)).unwrap_or(0);
         if decimals.len() < 2 && !decimals.contains(&own) {
             decimals.push(own);
         }
@@ -181,57 +193,6 @@ pub(crate) fn read_table(
         }
     }
     table.recording(path, options)
-}
-
-/// The rows of a table that are not empty, read into two records by turns.
-struct Rows<'t> {
-    reader: csv::Reader<&'t [u8]>,
-    current: csv::StringRecord,
-    following: csv::StringRecord,
-    /// The number of the row that follows, from 0; absent behind the last.
-    next: Option<usize>,
-    read: usize,
-}
-
-impl<'t> Rows<'t> {
-    fn of(text: &'t str, delimiter: u8) -> csv::Result<Self> {
-        let reader = csv::ReaderBuilder::new()
-            .delimiter(delimiter)
-            .has_headers(false)
-            .flexible(true)
-            .from_reader(text.as_bytes());
-        let mut rows = Self {
-            reader,
-            current: csv::StringRecord::new(),
-            following: csv::StringRecord::new(),
-            next: None,
-            read: 0,
-        };
-        rows.follow()?;
-        Ok(rows)
-    }
-
-    fn follow(&mut self) -> csv::Result<()> {
-        self.next = None;
-        while self.reader.read_record(&mut self.following)? {
-            self.read += 1;
-            if self.following.iter().any(|cell| !cell.trim().is_empty()) {
-                self.next = Some(self.read - 1);
-                break;
-            }
-        }
-        Ok(())
-    }
-
-    /// The next row, with its number and whether it is the last.
-    fn next(&mut self) -> csv::Result<Option<(&csv::StringRecord, usize, bool)>> {
-        let Some(number) = self.next else {
-            return Ok(None);
-        };
-        std::mem::swap(&mut self.current, &mut self.following);
-        self.follow()?;
-        Ok(Some((&self.current, number, self.next.is_none())))
-    }
 }
 
 /// What the cells of a column are, by its first row.
@@ -288,12 +249,11 @@ fn columns_of(
     header: &csv::StringRecord,
     number: &dyn Fn(&str) -> Option<f64>,
 ) -> Result<Vec<Column>, ReadError> {
-    let header_cells = || header.iter().map(str::trim);
-    if header_cells().all(|cell| number(cell).is_some()) {
+    if header.iter().all(|cell| number(cell).is_some()) {
         return Err(ReadError::content(
             path,
             "a header with the names of the channels in the first row",
-            format!("numbers ({})", header_cells().next().unwrap_or("")),
+            format!("numbers ({})", header.iter().next().unwrap_or("")),
             "add a header such as `time (s),acc (m/s2)`",
         ));
     }
@@ -306,9 +266,9 @@ fn columns_of(
         ));
     }
     // The header may be marked as a comment: `# time (s)`.
-    let first = header_cells().take(1);
+    let first = header.iter().take(1);
     let first = first.map(|cell| cell.trim_start_matches(['#', '%', ' ']));
-    let cells = first.chain(header_cells().skip(1));
+    let cells = first.chain(header.iter().skip(1));
     let mut columns: Vec<Column> = cells.map(Column::from_header).collect();
     // A trailing delimiter makes an empty last column.
     while columns.last().is_some_and(|column| column.name.is_empty()) {
@@ -333,10 +293,11 @@ fn no_number(path: &Path, column: &Column, cell: &str, line: usize) -> ReadError
 
 /// What commas and points in the numbers of a table stand for; none where points alone can stand in a number, as decimal signs.
 /// Separators of thousands are a warning.
-fn signs_in(
+fn signs_in<R: Iterator<Item = csv::Result<csv::StringRecord>>>(
     text: &str,
     delimiter: u8,
     warnings: &mut Vec<Warning>,
+    records: impl Fn() -> R,
 ) -> Result<Option<Signs>, Ambiguous> {
     let possible = match delimiter {
         // Between commas, only a number in quotes has one.
@@ -347,16 +308,8 @@ fn signs_in(
         return Ok(None);
     }
     let mut evidence: Vec<Evidence> = Vec::new();
-    // What cannot be read is refused where the rows are.
-    let Ok(mut rows) = Rows::of(text, delimiter) else {
-        return Ok(None);
-    };
-    let mut is_header = true;
-    while let Ok(Some((row, ..))) = rows.next() {
-        if std::mem::take(&mut is_header) {
-            continue;
-        }
-        for (at, cell) in row.iter().map(str::trim).enumerate().take(MOST_COLUMNS) {
+    for row in records().skip(1).flatten() {
+        for (at, cell) in row.iter().enumerate().take(MOST_COLUMNS) {
             if at == evidence.len() {
                 evidence.push(Evidence::default());
             }
