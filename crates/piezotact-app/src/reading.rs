@@ -12,7 +12,7 @@ use piezotact::quantity::{Acceleration, Measure, Quantity, QuantityError, Sample
 use piezotact::recording::{Recording, RecordingError};
 use piezotact::score::sliding_part;
 use piezotact::series::Series;
-use piezotact_dataset::{Contents, ReadOptions, read_recording};
+use piezotact_dataset::{Contents, ReadOptions, is_time_unit, read_recording};
 
 use crate::cli::Reading;
 use crate::failure::{Failure, Outcome, usage};
@@ -80,7 +80,7 @@ impl FromStr for Scale {
             return text.parse().map(Self::All);
         };
         let (channel, unit) = (channel.trim(), unit.trim());
-        let is_known = !matches!(Unit::parse(unit).0, Unit::Other(_));
+        let is_known = !matches!(Unit::parse(unit).0, Unit::Other(_)) || is_time_unit(unit);
         if channel.is_empty() || !(is_known || unit.parse::<Measure>().is_ok()) {
             return Err(QuantityError::Measure { found: text.into() });
         }
@@ -199,7 +199,7 @@ mod tests {
     #[test]
     fn a_scale_is_that_of_all_channels_or_of_one() {
         let reading = Reading {
-            scale: ["2 g", "fz=N", "a=b=2 mN", "200 m/s2"]
+            scale: ["2 g", "fz=N", "a=b=2 mN", "200 m/s2", "Time=d"]
                 .map(|text| text.parse::<Scale>().unwrap())
                 .into(),
             rate: None,
@@ -214,7 +214,7 @@ mod tests {
             .iter()
             .map(|(of, unit)| format!("{of}: {unit}"))
             .collect();
-        assert_eq!(units, ["a=b: 2 mN", "fz: N"]);
+        assert_eq!(units, ["Time: d", "a=b: 2 mN", "fz: N"]);
         assert_eq!(reading.with_scale(None).scale(), None);
         for wrong in ["fz=", "=N", "fz=banana", "fz=-1 N", "N"] {
             assert!(wrong.parse::<Scale>().is_err(), "{wrong}");

@@ -5,7 +5,7 @@
 //! from the tables.
 
 use std::fs::File;
-use std::io::Read as _;
+use std::io::{Read as _, Seek as _, SeekFrom};
 use std::path::Path;
 
 use crate::error::ReadError;
@@ -43,8 +43,9 @@ pub struct Opened<'a> {
     /// Where it is.
     pub path: &'a Path,
     bytes: Vec<u8>,
-    /// What is not read yet.
-    rest: Option<File>,
+    /// Read up to the end of `bytes`.
+    file: File,
+    is_whole: bool,
 }
 
 impl<'a> Opened<'a> {
@@ -62,7 +63,8 @@ impl<'a> Opened<'a> {
         Ok(Self {
             path,
             bytes,
-            rest: Some(file),
+            file,
+            is_whole: false,
         })
     }
 
@@ -77,11 +79,26 @@ impl<'a> Opened<'a> {
     /// # Errors
     /// [`ReadError`] when they cannot be read.
     pub fn bytes(&mut self) -> Result<&[u8], ReadError> {
-        if let Some(mut file) = self.rest.take() {
-            file.read_to_end(&mut self.bytes)
-                .map_err(|error| ReadError::io(self.path, &error))?;
+        if !self.is_whole {
+            let read = self.file.read_to_end(&mut self.bytes);
+            read.map_err(|error| ReadError::io(self.path, &error))?;
+            self.is_whole = true;
         }
         Ok(&self.bytes)
+    }
+
+    /// All bytes, which the caller drops as soon as their content is known; they are read again where they are asked for again.
+    ///
+    /// # Errors
+    /// [`ReadError`] when they cannot be read.
+    pub(crate) fn take_bytes(&mut self) -> Result<Vec<u8>, ReadError> {
+        self.bytes()?;
+        let head = self.head().to_vec();
+        self.file
+            .seek(SeekFrom::Start(head.len() as u64))
+            .map_err(|error| ReadError::io(self.path, &error))?;
+        self.is_whole = false;
+        Ok(std::mem::replace(&mut self.bytes, head))
     }
 }
 

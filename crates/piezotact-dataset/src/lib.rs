@@ -71,6 +71,7 @@ pub use panel_folder::{
 };
 pub use recording_file::recording_of_ours;
 pub use sample_set::{known_sample_sets, read_sample_set};
+pub use time_column::is_time_unit;
 pub use transfer_file::{
     TransferFormat, holds_transfer, read_transfer, stored_transfer, transfer_formats,
     write_transfer, write_transfer_as,

@@ -274,7 +274,7 @@ static RECORDINGS: &[Format<FileKind, Reader>] = &[
         sniff: Recognition::Head(matlab::looks_like_mat),
         read: |file, options| {
             let path = file.path;
-            let content = matlab::parse_mat(path, file.bytes()?)?;
+            let content = matlab::parse_mat(path, &file.take_bytes()?)?;
             let read = |options: &ReadOptions| matlab::recording_of(path, &content, options);
             completed(path, options, read)
         },

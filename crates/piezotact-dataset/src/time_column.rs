@@ -16,6 +16,7 @@ use crate::error::ReadError;
 use crate::open::{ReadOptions, no_part};
 pub(crate) use even::EvenTimes;
 use grid::Rows;
+pub use units::is_time_unit;
 use units::seconds_per_unit;
 pub(crate) use units::{is_time, named_unit, seconds_of, state_unit};
 

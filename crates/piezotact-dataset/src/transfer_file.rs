@@ -84,7 +84,7 @@ static TRANSFERS: [Format<TransferFormat, Reader>; 3] = [
                 let path = file.path;
                 Ok(matlab::holds_transfer(&matlab::parse_mat(
                     path,
-                    file.bytes()?,
+                    &file.take_bytes()?,
                 )?))
             },
         },
@@ -148,7 +148,7 @@ pub fn stored_transfer(path: &Path) -> Result<Option<TransferDocument>, ReadErro
     let mut file = Opened::open(path)?;
     match format::recognise(&TRANSFERS, &mut file)? {
         Some(format) if matches!(format.kind, TransferFormat::Matlab) => {
-            let file = matlab::parse_mat(path, file.bytes()?)?;
+            let file = matlab::parse_mat(path, &file.take_bytes()?)?;
             if matlab::holds_both(&file) {
                 matlab::transfer_of(path, file).map(Some)
             } else {

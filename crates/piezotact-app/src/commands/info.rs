@@ -33,12 +33,13 @@ pub(crate) fn run(args: &Info) -> Outcome {
     if holds_transfer(&args.file) {
         return transfer_function(args, &read_transfer(&args.file)?);
     }
-    let mut contents = read(&args.file, &args.reading)?;
-    known_naming(&args.file).complete(&mut contents.recording);
+    // Before the recording, so that the file is never in memory beside it.
     let stored = match stored_transfer(&args.file)? {
         Some(document) => Some(TransferInfo::of(&args.file, &document, shown_band()?)?),
         None => None,
     };
+    let mut contents = read(&args.file, &args.reading)?;
+    known_naming(&args.file).complete(&mut contents.recording);
     if args.json {
         let recording = RecordingInfo::of(&args.file, &contents, stored);
         return print_document(&InfoDocument::Recording(Box::new(recording)));

@@ -85,6 +85,12 @@ pub(crate) fn named_unit(name: &str) -> Option<(&str, &'static str)> {
     is_time(rest).then_some((rest, *unit))
 }
 
+/// Whether a text is a unit in which a time column can be: `ms`, `min`, `d`.
+#[must_use]
+pub fn is_time_unit(text: &str) -> bool {
+    seconds_of(text).is_some()
+}
+
 /// What 1 in a unit of time is in s. `hh:mm:ss` is how a spreadsheet shows days.
 pub(crate) fn seconds_of(unit: &str) -> Option<f64> {
     if let (Unit::Second, factor) = Unit::parse(unit) {
