@@ -67,6 +67,12 @@ pub enum VolunteerError {
         stimulus: String,
         error: Box<ManipulateError>,
     },
+    /// A drive cannot be made and measured.
+    #[error("{stimulus}: {error}")]
+    Drive {
+        stimulus: String,
+        error: Box<ProcedureError>,
+    },
     /// A device failed, which the twin never does.
     #[error(
         "{pseudonym}: trial {trial} is void again and again: {why}; look at the drives of this person"

@@ -299,8 +299,13 @@ fn prepared(
         let target = target(simulation.protocol, touched, stimulus)?;
         targets.insert(stimulus, target);
     }
-    let all: Vec<Series<Acceleration>> =
-        targets.values().map(|(series, _)| series.clone()).collect();
+    // A level in dB re 1 m/s² is rendered as it is, whatever the others need.
+    let is_stated = |stimulus: &str| {
+        let made = simulation.protocol.stimulus(stimulus);
+        made.is_some_and(|made| made.rms_db.is_some())
+    };
+    let relative = targets.iter().filter(|(stimulus, _)| !is_stated(stimulus));
+    let all: Vec<Series<Acceleration>> = relative.map(|(_, (series, _))| series.clone()).collect();
     let common = match simulation.level {
         LevelRule::Common => Some(common_level(&all, function, &config, LOOP_MARGIN).level_db),
         LevelRule::Stated(level) => Some(level.0),
@@ -309,6 +314,7 @@ fn prepared(
     let mut drives = BTreeMap::new();
     for (stimulus, (series, recording)) in targets {
         let level = match common {
+            _ if is_stated(stimulus) => Decibels(0.0),
             Some(level_db) => Decibels(level_db),
             None => fitting(&series, function, &config),
         };
@@ -399,7 +405,10 @@ fn looped(
         };
         closed_loop(bench, &wanted, function, &config, &mut Discard, &mut |_| {})
     });
-    let looped = looped?;
+    let looped = looped.map_err(|error| VolunteerError::Drive {
+        stimulus: stimulus.to_owned(),
+        error: Box::new(error),
+    })?;
     let verification = looped.best_verification().clone();
     // What cannot be compared is not felt either.
     let cues = delivered(&looped.recording, config.judged).ok();

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
 use piezotact::criterion::Outcome;
+use piezotact::quantity::Decibels;
 use piezotact_people::association::Answer;
 use piezotact_people::campaign::chain::{Link, Sha};
 use piezotact_people::campaign::plan::{Plan, PlanRequest, plan};
@@ -12,7 +13,9 @@ use piezotact_people::campaign::store::{
 use piezotact_people::judge::Judge;
 use piezotact_study::session::state_of;
 use piezotact_volunteers::VolunteerError;
-use piezotact_volunteers::{Arrival, Playings, Simulated, Simulation, Whose, sit, volunteer};
+use piezotact_volunteers::{
+    Arrival, LevelRule, Playings, Simulated, Simulation, Whose, sit, volunteer,
+};
 
 /// The isotropic protocol of the library with four samples in two sets, played for 8 s.
 fn two_sets() -> Protocol {
@@ -343,5 +346,29 @@ fn one_stroke_counts_as_those_that_are_repeated() {
     assert!(
         looks[0] >= 3.0 && (looks[0] - looks[1]).abs() <= 1.0,
         "{looks:?}"
+    );
+}
+
+/// Otherwise a threshold in dB re 1 m/s² would be wrong by the level of the others.
+#[test]
+fn a_stated_level_is_rendered_as_it_is_whatever_the_level_of_the_others() {
+    let mut protocol = from_library("detection_threshold").unwrap().unwrap();
+    protocol.stimuli.retain(|one| one.rms_db == Some(-20.0));
+    let simulation = Simulation {
+        level: LevelRule::Stated(Decibels(-6.0)),
+        ..quick(&protocol, Judge::Thurstone)
+    };
+    let ready = volunteer(&simulation, 1, Whose::Own).unwrap();
+    let level = |name: &str| ready.drives[name].rendering.as_ref().unwrap().level_db;
+    assert_eq!((level("S8"), level("S8 at -20 dB")), (-6.0, 0.0));
+    // Too weak to be measured: the refusal names it.
+    protocol.stimuli[0].rms_db = Some(-58.0);
+    let simulation = quick(&protocol, Judge::Thurstone);
+    let why = volunteer(&simulation, 1, Whose::Own)
+        .unwrap_err()
+        .to_string();
+    assert!(
+        why.starts_with("S8 at -20 dB: ") && why.contains("the level is too low"),
+        "{why}"
     );
 }

@@ -40,7 +40,7 @@ pub struct Protocol {
     pub decided_here: Vec<String>,
     /// All real samples.
     pub samples: Vec<String>,
-    /// How many samples the tray holds.
+    /// How many samples the tray holds, at least 1.
     pub tray_slots: usize,
     /// How real samples are turned when they are handed over or laid out, by the sample: `a row of dots along the stroke`.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
@@ -112,7 +112,7 @@ pub struct Rendering {
     pub stroke: StrokeChoice,
     /// How a stimulus is played.
     pub playing: Playing,
-    /// The largest age at its session of a drive and of what it was measured and made from, in hours.
+    /// The largest age at its session of a drive and of what it was measured and made from, in hours, above 0 to 87600.
     pub max_age_hours: f64,
 }
 
@@ -148,9 +148,9 @@ pub enum Playing {
     Once,
     /// Again and again, with a pause between, as a finger strokes again.
     Repeated {
-        /// The pause between two strokes, in seconds.
+        /// The pause between two strokes, in seconds, 0 to 3600.
         pause_s: f64,
-        /// The longest time of one presentation, in seconds.
+        /// The longest time of one presentation, in seconds, up to 3600.
         duration_s: f64,
     },
 }
@@ -162,7 +162,7 @@ pub enum Playing {
 pub struct Resuming {
     /// Where it goes on.
     pub at: ResumeAt,
-    /// After how many hours it does not go on at all.
+    /// After how many hours it does not go on at all, above 0 to 87600.
     pub refused_after_hours: f64,
 }
 
@@ -198,13 +198,13 @@ pub struct Aims {
     pub pairs: PairsWanted,
     /// How declared orders are scored.
     pub scoring: Scoring,
-    /// The wanted power of comparisons, as a share.
+    /// The wanted power of comparisons, as a share above 0 and below 1.
     pub power_share: f64,
-    /// The largest half-width of the 95 % interval of a cell, as a share.
+    /// The largest half-width of the 95 % interval of a cell, as a share above 0 and below 0.5.
     pub half_width_share: f64,
-    /// The expected share of answers in a cell of interest, of the median participant.
+    /// The expected share of answers in a cell of interest, of the median participant, above 0 and below 1.
     pub cell_share: f64,
-    /// The expected standard deviation over participants, of the logit of that share.
+    /// The expected standard deviation over participants, of the logit of that share, 0 to 10.
     pub logit_sd: f64,
     /// Tasks whose results are compared within participants.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

@@ -55,7 +55,7 @@ pub struct Adaptive {
     pub levels: Vec<Level>,
     /// The rule that chooses among them.
     pub rule: AdaptiveRule,
-    /// The largest standard deviation with which a threshold is decided, in the unit of the levels.
+    /// The largest standard deviation with which a threshold is decided, in the unit of the levels, above 0.
     pub largest_sd: f64,
 }
 

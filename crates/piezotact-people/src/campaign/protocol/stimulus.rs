@@ -29,7 +29,7 @@ pub struct Stimulus {
     /// By how much all frequencies are multiplied, 0.1 to 10, over the same length.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub warp: Option<f64>,
-    /// By how many Hz all frequencies are moved.
+    /// By how many Hz all frequencies are moved, -1000 to 1000.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shift_hz: Option<f64>,
     /// A band that is changed.
@@ -38,7 +38,7 @@ pub struct Stimulus {
     /// The sample whose rms level it has; absent where the level is its own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub level_of: Option<String>,
-    /// How much higher its rms level is than that, in dB; absent where it is not changed.
+    /// How much higher its rms level is than that, in dB, -60 to 60; absent where it is not changed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gain_db: Option<f64>,
     /// Its rms level in dB re 1 m/s², -60 to 40, for detection thresholds, in place of `level_of` and `gain_db`; absent where it follows from samples.
@@ -59,7 +59,7 @@ pub struct Stimulus {
 pub struct BandStated {
     /// The band: `[100, 300]`.
     pub hz: Band,
-    /// By how much it is raised, in dB; absent where it is removed.
+    /// By how much it is raised, in dB, -60 to 60; absent where it is removed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gain_db: Option<f64>,
 }
