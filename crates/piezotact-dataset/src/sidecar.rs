@@ -106,10 +106,20 @@ pub fn read_sidecar(path: &Path) -> Result<Option<Sidecar>, ReadError> {
 /// How the drive in the WAV file `path` was rendered; `None` where no sidecar says it, or one that was written for other samples.
 #[must_use]
 pub fn read_rendering(path: &Path) -> Option<Rendering> {
+    of_these_samples(path)?.rendering
+}
+
+/// Whether the WAV file `path` has a sidecar that states the checksum of these samples.
+#[must_use]
+pub fn states_its_samples(path: &Path) -> bool {
+    of_these_samples(path).is_some()
+}
+
+fn of_these_samples(path: &Path) -> Option<Sidecar> {
     let read = read_with_samples(path).ok().flatten()?;
     let found = crate::wav::fingerprint(path, &crate::reads::read(path).ok()?).ok()?;
     let is_of_these = read.of_samples.samples.as_ref() == Some(&found);
-    read.sidecar.rendering.filter(|_| is_of_these)
+    is_of_these.then_some(read.sidecar)
 }
 
 /// A sidecar as it was read.

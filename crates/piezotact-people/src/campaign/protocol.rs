@@ -155,6 +155,20 @@ pub enum Playing {
     },
 }
 
+/// A drive may be so much longer than its texture, s: what the inversion needs before and after it.
+pub const AROUND_S: f64 = 1.0;
+
+impl Playing {
+    /// The longest drive that is presented, in seconds; none where it is played whole.
+    #[must_use]
+    pub fn longest_s(&self) -> Option<f64> {
+        match self {
+            Self::Once => None,
+            Self::Repeated { duration_s, .. } => Some(duration_s + AROUND_S),
+        }
+    }
+}
+
 /// What happens with an interrupted session.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]

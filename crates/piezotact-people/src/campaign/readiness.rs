@@ -24,7 +24,7 @@ use piezotact::transfer::AtRest;
 
 use super::chain::Sha;
 use super::plan::{Plan, Presented};
-use super::protocol::{Protocol, Rendering, TransferFunctionUse, When};
+use super::protocol::{AROUND_S, Protocol, Rendering, TransferFunctionUse, When};
 
 /// Sessions on different days have at least this time between them, in hours: an evening and the next morning have it, the morning
 /// and the evening of one day do not, whatever the time zone.
@@ -125,6 +125,8 @@ pub struct RenderingFacts {
     pub level_error_db: Option<f64>,
     /// The level that it was rendered at, relative to its texture, in dB.
     pub level_db: f64,
+    /// How long the drive lasts, s.
+    pub drive_s: f64,
     /// The strokes that it was made from.
     pub strokes: Origin,
     /// The transfer function that it was rendered with.
@@ -494,10 +496,26 @@ fn of_drive(
             found: facts.rendered_with.words(),
         });
     }
-    if facts.verified != Outcome::Met {
+    // What another finger felt is said already.
+    let is_own = somebody.is_some_and(|somebody| somebody == participant);
+    if facts.verified != Outcome::Met && is_own {
         found.push(NotReady::NotPassed {
             stimulus: stimulus(),
             outcome: facts.verified,
+        });
+    }
+    if let Some(longest_s) = rendering
+        .playing
+        .longest_s()
+        .filter(|longest_s| facts.drive_s > *longest_s)
+    {
+        found.push(NotReady::Refused {
+            stimulus: stimulus(),
+            why: format!(
+                "expected a drive of at most {longest_s:.1} s for a texture that is played for {:.1} s, found {:.1} s; prepare it from a shorter stroke, or state a longer time in the protocol",
+                longest_s - AROUND_S,
+                facts.drive_s
+            ),
         });
     }
     if facts.measured == MeasuredDrive::Another {

@@ -19,7 +19,7 @@ use piezotact_bench::procedure::{
 };
 use piezotact_bench::{Bench, Placement, RunPlan, StopHandle, Until};
 use piezotact_people::campaign::chain::Sha;
-use piezotact_people::campaign::protocol::Playing;
+use piezotact_people::campaign::protocol::{AROUND_S, Playing};
 use piezotact_people::campaign::session::{Evidence, sha_of_samples};
 
 use crate::session::{Played, Stimulator};
@@ -76,18 +76,14 @@ impl fmt::Debug for BenchStimulator<'_> {
 impl Stimulator for BenchStimulator<'_> {
     fn check(&self, stimulus: &str) -> Result<(), RunError> {
         let drive = &prepared(&self.drives, stimulus)?.drive;
-        let Playing::Repeated { duration_s, .. } = self.playing else {
-            return Ok(());
-        };
         let found_s = drive.duration().0;
-        // What its texture has before and after it is not the texture.
-        match found_s > duration_s + AROUND_S {
-            true => Err(RunError::TooLong {
+        match self.playing.longest_s() {
+            Some(longest_s) if found_s > longest_s => Err(RunError::TooLong {
                 stimulus: stimulus.to_owned(),
                 found_s,
-                longest_s: duration_s,
+                longest_s: longest_s - AROUND_S,
             }),
-            false => Ok(()),
+            _ => Ok(()),
         }
     }
 
@@ -181,9 +177,6 @@ fn label(played: &Played<'_>) -> String {
         played.play
     )
 }
-
-/// A drive may be so much longer than its texture, s: what the inversion needs before and after it.
-const AROUND_S: f64 = 1.0;
 
 /// Strokes in a row.
 #[derive(Clone, Copy, Debug)]

@@ -1,5 +1,7 @@
 //! Prepared drives as a report.
 
+use std::collections::BTreeMap;
+
 use super::{Prepared, PreparedDrives, State};
 use crate::criterion::Outcome;
 use crate::figure::{Axis, Chart, Figure, Line, Tone, range};
@@ -127,7 +129,12 @@ impl PreparedDrives {
             };
             numbers.push(Number::new(format!("{} dB", signed(level_db, 1)), name));
         }
-        let strokes: usize = self.textures.iter().map(|one| one.strokes.strokes).sum();
+        // Several stimuli can be made of one sample's strokes.
+        let files = self.textures.iter().map(|one| &one.strokes);
+        let of_files: BTreeMap<&str, usize> = files
+            .map(|strokes| (strokes.stroke.file.as_str(), strokes.strokes))
+            .collect();
+        let strokes: usize = of_files.values().sum();
         numbers.push(Number::new(strokes.to_string(), "strokes found"));
         numbers
     }

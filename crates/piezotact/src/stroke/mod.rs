@@ -607,19 +607,27 @@ fn one_stroke(all: Interval, rule: Rule) -> Segmentation {
     }
 }
 
-/// From this share of its largest value on a drive is taken to be playing.
-const PLAYING_SHARE: f64 = 0.01;
+/// The share of its energy that a drive may have before and after the part in which it plays: tails of the inverse filter are quiet.
+const TAIL_SHARE: f64 = 5e-4;
 
-/// The part of a recording in which `drive` plays: from its first to its last value of at least 1 % of the largest; none where it is silent.
+/// The part of a recording in which `drive` plays: what is between the first and the last 0.05 % of its energy; none where it is silent.
 ///
 /// Source: docs/decisions/answers.md.
 #[must_use]
 pub fn played_part(drive: &[f64]) -> Option<Interval> {
-    let largest = drive.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
-    let plays = |v: &f64| v.abs() >= PLAYING_SHARE * largest;
-    let start = drive.iter().position(plays).filter(|_| largest > 0.0)?;
-    let end = drive.iter().rposition(plays)? + 1;
-    Some(Interval { start, end })
+    let energy: f64 = drive.iter().map(|v| v * v).sum();
+    let tail = TAIL_SHARE * energy;
+    let mut before = 0.0;
+    let start = drive.iter().position(|v| {
+        before += v * v;
+        before > tail
+    })?;
+    let mut after = 0.0;
+    let end = drive.iter().rposition(|v| {
+        after += v * v;
+        after > tail
+    })? + 1;
+    (start < end).then_some(Interval { start, end })
 }
 
 /// Why a recording cannot be cut into strokes.

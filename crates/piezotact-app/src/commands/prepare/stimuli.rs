@@ -88,6 +88,20 @@ impl Stimuli {
                 ),
             }));
         }
+        let states_level = wanted.iter().any(|one| one.rms_db.is_some());
+        if states_level && !matches!(level, LevelRule::Stated(db) if db.abs() < 0.005) {
+            return Err(usage(anyhow!(
+                "expected --level 0, as the protocol {} states levels in dB re 1 m/s², found another one; give --level 0",
+                protocol.name
+            )));
+        }
+        // In the order of the protocol.
+        let place = |one: &Stimulus| {
+            let samples = protocol.samples.iter();
+            let names = samples.chain(protocol.stimuli.iter().map(|made| &made.name));
+            names.into_iter().position(|name| *name == one.name)
+        };
+        wanted.sort_by_key(place);
         if !left.is_empty() {
             say(&format!(
                 "{}: rendered with {other}; give the same command with it, and with --level, for these",
@@ -264,6 +278,10 @@ pub(super) fn held(
     };
     let place = |part: &str, ending: &str| file(&args.out, part, &texture.called, ending);
     let (drive, record) = (place("drives", "wav"), place("measured", "parquet"));
+    // An interrupted recording would be read from its journal, and a session does not take it.
+    if !record.is_file() {
+        return None;
+    }
     let open = |path: &Path| read_recording(path, &ReadOptions::default()).ok();
     let target = open(&texture.target)?.recording;
     let stated = target

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use piezotact::quantity::{Measure, Newtons, Unit};
-use piezotact::recording::{Condition, SlidingDirection, Touch};
+use piezotact::recording::{Condition, RecordingWarning, SlidingDirection, Touch};
 use piezotact::stroke::Judging;
 use piezotact::study::{
     self, AnalysedRecording, Breadth, Factor, Gesture, Question, Recorded, Stated, StudyAnalysis,
@@ -102,6 +102,17 @@ fn recorded(path: &Path, args: &Takes) -> Outcome<Recorded> {
         Some(pattern) => pattern.read(path).map_err(usage)?,
         None => known_naming(path),
     };
+    // A pattern that a person gives counts more than the sample that was noted while recording.
+    let condition = &mut recording.about.condition;
+    if let (Some(_), Some(named)) = (&args.meta, &naming.condition.sample)
+        && let Some(noted) = condition.sample.replace(named.clone())
+        && noted != *named
+    {
+        let what =
+            format!("the sample is {named} by --meta, and not {noted} as the recording states");
+        let guessed = RecordingWarning::Guessed { what };
+        recording.about.warnings.push(guessed.into());
+    }
     let beside = cuts_path(path);
     let cuts = match &args.cuts {
         Some(file) => Some(read_cuts_of(file, path)?),

@@ -81,9 +81,8 @@ pub struct Felt {
     pub pairs: Vec<FeltPair>,
 }
 
-/// The acceleration that was felt in `recording` of `sample`, m/s²: while the drive plays, from its first to its last value of at least
-/// 1 % of the largest, where a drive was recorded beside it; of a recording of touch its strokes, with a warning that says so (as
-/// [`sliding_part`]); or else all of it.
+/// The acceleration that was felt in `recording` of `sample`, m/s²: while the drive plays ([`played_part`]), where a drive was recorded
+/// beside it; of a recording of touch its strokes, with a warning that says so (as [`sliding_part`]); or else all of it.
 ///
 /// Source: docs/decisions/answers.md.
 ///

@@ -110,15 +110,26 @@ impl Compared<'_> {
         })
     }
 
-    /// The drive was not rendered from the target beside it.
+    /// The drive was not rendered from the target beside it, or the target is not what its lineage ends with.
     fn target(&self) -> Option<Difference> {
-        let target = before_rendering(self.facts.target_lineage.as_ref()?);
+        let of_target = self.facts.target_lineage.as_ref()?;
+        let target = before_rendering(of_target);
         let drive = before_rendering(self.facts.lineage.as_ref()?);
-        (target != drive).then(|| {
-            (
+        if target != drive {
+            return Some((
                 format!("a drive rendered from its target, {target}"),
                 format!("one rendered from {drive}"),
                 self.lineage_of_drive(),
+            ));
+        }
+        let stated = of_target.steps.last()?.rms_after.value;
+        let found = self.facts.texture.rms_about_mean().value;
+        let off_db = Decibels::from_amplitude_ratio(found / stated).0;
+        (off_db.abs() > SAME_LEVEL_DB).then(|| {
+            (
+                format!("a target of {stated:.4} m/s² rms, as its lineage ends"),
+                format!("{found:.4} m/s² rms"),
+                format!("the samples of {}", self.facts.target_file),
             )
         })
     }
@@ -201,7 +212,7 @@ impl Compared<'_> {
         let rendered_db = facts.level_db - usual_db;
         let is_of_it = match of {
             None => level_of == sample,
-            Some(of) => !self.is_of_another(of, level_of),
+            Some(of) => !self.is_of_another(of, level_of) && !of.is_manipulated(),
         };
         let is_its_own = of.is_none_or(|of| level_of != sample || of.source == lineage.source);
         if is_of_it && is_its_own && (by_db + rendered_db - gain_db).abs() <= SAME_LEVEL_DB {
@@ -242,15 +253,29 @@ impl Compared<'_> {
             || count(|one| matches!(one, Operation::Stroke { .. })) > 1
     }
 
-    /// The samples of the target are those of another stroke than the plain stimulus of its sample has.
+    /// The target is of another stroke than the plain stimulus of its sample: by its samples, or by its lineage where a change of the
+    /// spectrum, or a second cut, leaves it others.
     fn stroke(&self) -> Option<Difference> {
         let plain = self.plain(&self.made.of)?;
-        let compared = self.made.keeps_waveform() && !self.is_cut_again();
-        (compared && !is_scaled(&plain.texture, &self.facts.texture)).then(|| {
+        let by_samples = self.made.keeps_waveform() && !self.is_cut_again();
+        let (is_another, seen_in) = match by_samples {
+            true => (
+                !is_scaled(&plain.texture, &self.facts.texture),
+                format!("the samples of {}", self.facts.target_file),
+            ),
+            false => {
+                let strokes = [self.facts, plain].map(|one| first_stroke(one.lineage.as_ref()));
+                let [Some(own), Some(other)] = strokes else {
+                    return None;
+                };
+                (own != other, self.lineage_of_drive())
+            }
+        };
+        is_another.then(|| {
             (
                 format!("the stroke in {}", plain.target_file),
                 "another one".to_owned(),
-                format!("the samples of {}", self.facts.target_file),
+                seen_in,
             )
         })
     }
@@ -259,13 +284,18 @@ impl Compared<'_> {
     fn level_of_samples(&self) -> Option<Difference> {
         let made = self.made;
         let plain = self.plain(made.level_of())?;
-        if made.rms_db.is_some() || !made.states_level() || self.is_cut_again() {
+        if made.rms_db.is_some() || !made.states_level() {
             return None;
         }
+        // What was cut once more, or joined with itself, has nearly the level that its lineage states.
+        let within_db = match self.is_cut_again() {
+            true => MEASURED_LEVEL_DB,
+            false => SAME_LEVEL_DB,
+        };
         let [own, other] = [&self.facts.texture, &plain.texture].map(|x| x.rms_about_mean().value);
         let found_db = Decibels::from_amplitude_ratio(own / other).0;
         // Nothing is known of the level of a silent texture.
-        ((found_db - made.gain_db()).abs() > SAME_LEVEL_DB).then(|| {
+        ((found_db - made.gain_db()).abs() > within_db).then(|| {
             (
                 self.stated_level(),
                 format!("{found_db:+.3} dB re {}", plain.target_file),
@@ -355,7 +385,10 @@ impl Compared<'_> {
         let found_db = self.facts.level_error_db? - of_plain_db;
         (found_db.abs() > MEASURED_LEVEL_DB).then(|| {
             (
-                format!("{} within ±{MEASURED_LEVEL_DB} dB", self.stated_level()),
+                match self.made.states_level() {
+                    true => format!("{} within ±{MEASURED_LEVEL_DB} dB", self.stated_level()),
+                    false => format!("the level of its target within ±{MEASURED_LEVEL_DB} dB"),
+                },
                 format!("{found_db:+.2} dB from it"),
                 "its measurement on the bench".to_owned(),
             )
@@ -375,6 +408,23 @@ impl Compared<'_> {
         let mut known = self.drives.iter().filter(of_source).peekable();
         known.peek().is_some() && known.all(|one| one.stimulus != sample)
     }
+}
+
+/// The stroke that a texture began with: its number in its recording, and its ends to 1 ms.
+fn first_stroke(lineage: Option<&Lineage>) -> Option<(usize, i64, i64)> {
+    lineage?.steps.iter().find_map(|step| match step.operation {
+        Operation::Stroke {
+            number,
+            from_s,
+            to_s,
+            ..
+        } => Some((
+            number,
+            (from_s * 1e3).round() as i64,
+            (to_s * 1e3).round() as i64,
+        )),
+        _ => None,
+    })
 }
 
 /// A texture by its source, with its sample where that is stated.

@@ -4,7 +4,7 @@ use piezotact::criterion::Outcome;
 use piezotact::document::Content;
 use piezotact::figure::{Axis, Chart, Figure, Line, Mark, Scale, Tone};
 use piezotact::page::{Block, Cell, Column, Ending, Page, Section, Shown, Table};
-use piezotact::prepare::PreparedDrives;
+use piezotact::prepare::{PreparedDrives, State};
 use piezotact::quantity::Decibels;
 use piezotact::verify::VerifyCriterion;
 use serde::Serialize;
@@ -48,8 +48,8 @@ pub struct PreparedStimulus {
     /// The level that was measured on the bench, m/s² rms.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub measured_m_s2: Option<f64>,
-    /// The level that was measured on the bench, dB re the plain stimulus of that sample as it was measured there; absent where one of them
-    /// was not measured, or no level is stated.
+    /// The level that was measured on the bench, dB re the plain stimulus of that sample as it was measured there, of a plain one re its
+    /// target; absent where one of them was not measured, or no level is stated.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub measured_db: Option<f64>,
     /// How far the measured spectrum is from that of its target, dB rms over the lines; absent where it was not measured.
@@ -87,8 +87,17 @@ pub fn prepared_stimuli(
                     Some(reason) => reason.to_owned(),
                     None => reason,
                 });
-        let reasons: Vec<String> = reasons.collect();
+        let mut reasons: Vec<String> = reasons.collect();
         let own = there(&stimulus.name);
+        let drive = drives
+            .textures
+            .iter()
+            .find(|one| one.strokes.texture == stimulus.name);
+        if let Some(refused) = drive.filter(|one| {
+            own.is_none() && matches!(one.state, State::NotRendered | State::NotMeasured)
+        }) {
+            reasons = vec![refused.sentence.clone()];
+        }
         let target_m_s2 = |facts: &RenderingFacts| {
             facts.texture.rms_about_mean().value * Decibels(facts.level_db).amplitude_ratio()
         };
@@ -99,18 +108,17 @@ pub fn prepared_stimuli(
             None => stimulus.states_level().then(|| stimulus.gain_db()),
             stated => stated,
         };
+        let is_plain = stimulus.name == stimulus.level_of();
         let re_m_s2 = match stimulus.rms_db {
             Some(_) => Some(1.0),
+            // A plain stimulus has its target alone to be compared with.
+            None if is_plain => own.map(target_m_s2),
             None => there(stimulus.level_of()).and_then(measured_m_s2),
         };
         let re_m_s2 = re_m_s2.filter(|_| stated_db.is_some());
         let measured_db = (own.and_then(measured_m_s2))
             .zip(re_m_s2)
             .map(|(own, other)| Decibels::from_amplitude_ratio(own / other).0);
-        let drive = drives
-            .textures
-            .iter()
-            .find(|one| one.strokes.texture == stimulus.name);
         let verification = drive.and_then(|one| one.verification.as_ref());
         let shape = verification.and_then(|one| one.criterion(VerifyCriterion::SpectrumError));
         PreparedStimulus {
@@ -134,9 +142,23 @@ pub fn prepared_stimuli(
             reasons,
         }
     });
+    let stimuli: Vec<PreparedStimulus> = stimuli.collect();
+    let ready = stimuli.iter().filter(|one| one.ready == Outcome::Met);
+    let said = format!(
+        "{} of {} stimuli of the protocol {} are ready",
+        ready.count(),
+        stimuli.len(),
+        protocol.name
+    );
+    // A stimulus whose drive passed may not be what the protocol states.
+    let drives = PreparedDrives {
+        outcome: Outcome::of_all(stimuli.iter().map(|one| one.ready)),
+        sentence: format!("{said}. {}", drives.sentence),
+        ..drives
+    };
     PreparedStimuli {
         protocol: protocol.name.clone(),
-        stimuli: stimuli.collect(),
+        stimuli,
         drives,
     }
 }
@@ -187,12 +209,14 @@ impl PreparedStimuli {
 
     /// The levels of the targets, and those that were measured (thesis figure 64).
     fn levels(&self) -> Figure {
-        let of = |level: fn(&PreparedStimulus) -> Option<f64>| {
+        // Side by side, so that one does not hide the other.
+        let of = |beside: f64, level: fn(&PreparedStimulus) -> Option<f64>| {
             let levels = self.stimuli.iter().enumerate();
-            let points = levels.filter_map(|(i, one)| Some((i as f64, level(one)?)));
+            let points = levels.filter_map(|(i, one)| Some((i as f64 + beside, level(one)?)));
             points.collect::<Vec<_>>()
         };
-        let [targets, measured] = [of(|one| one.target_m_s2), of(|one| one.measured_m_s2)];
+        let targets = of(-0.12, |one| one.target_m_s2);
+        let measured = of(0.12, |one| one.measured_m_s2);
         let highest = targets
             .iter()
             .chain(&measured)
@@ -205,9 +229,7 @@ impl PreparedStimuli {
             .map(|one| one.stimulus.clone())
             .collect();
         let lines = vec![
-            Line::new("target", Tone::Reference, targets)
-                .marked(Mark::Joined)
-                .thin(),
+            Line::new("target", Tone::Reference, targets).marked(Mark::Dots),
             Line::new("measured on the bench", Tone::Main, measured).marked(Mark::Dots),
         ];
         Chart::new(Axis::names("stimulus", names), y, lines)
@@ -228,22 +250,14 @@ impl Shown for PreparedStimuli {
 
     fn page(&self) -> Page {
         let mut page = self.drives.page();
-        let ready = self.stimuli.iter().filter(|one| one.ready == Outcome::Met);
-        let said = format!(
-            "{} of {} stimuli of the protocol {} are ready.",
-            ready.count(),
-            self.stimuli.len(),
-            self.protocol
-        );
         let section = Section {
             heading: "Stimuli".to_owned(),
             blocks: vec![
-                Block::Text { text: said },
                 Block::Table(self.table()),
                 Block::Figure(self.levels()),
                 Block::Note {
                     text: "Stated and measured: the level relative to the plain stimulus of the sample whose level it has, the measured one \
-                        from the recordings of both on the bench; absent where the protocol states a spectrum alone. Shape: how far the measured spectrum is from that of the target, dB rms. \
+                        from the recordings of both on the bench, of a plain stimulus re its own target; absent where the protocol states a spectrum alone. Shape: how far the measured spectrum is from that of the target, dB rms. \
                         Ready: a session takes it, by the same rules."
                         .to_owned(),
                 },

@@ -65,6 +65,7 @@ fn fits(protocol: &Protocol, plan: &Plan) -> Vec<RenderingFacts> {
         made_with: vec![Checksum::of([1.0])],
         level_error_db: Some(0.2),
         level_db: -1.5,
+        drive_s: 1.5,
         strokes: origin.clone(),
         transfer_function: origin.clone(),
         measurement: origin.clone(),

@@ -12,7 +12,7 @@ use piezotact::recording::{Recording, StartTime};
 use piezotact::render::Rendering;
 use piezotact_bench::procedure::faults_of_prepared;
 use piezotact_bench::{Bench, DeviceError};
-use piezotact_dataset::sidecar::{read_rendering, sidecar_path};
+use piezotact_dataset::sidecar::{read_rendering, sidecar_path, states_its_samples};
 use piezotact_dataset::{
     Contents, ReadOptions, keep_before, read_input, read_recording, texture_file_name,
 };
@@ -144,6 +144,12 @@ impl Drives {
             )));
         };
         let wanted = read_recording(target, &ReadOptions::default())?;
+        if !states_its_samples(target) {
+            return Err(Failure::Data(anyhow!(
+                "{}: expected a target with a sidecar that states the checksum of its samples, found none; prepare {stimulus} again",
+                target.display()
+            )));
+        }
         let band = rendering.config.inverse.band;
         let of_series = Checksum::of(series.samples().iter().copied());
         let playing = read_recording(measured, &ReadOptions::default())?;
@@ -187,6 +193,7 @@ impl Drives {
             made_with: rendering.about.provenance.made_with.clone(),
             level_error_db: Some(verification.level_error_db),
             level_db: rendering.level_db,
+            drive_s: series.duration().0,
             strokes: origin(&wanted.recording),
             transfer_function: Origin {
                 bench: rendering.about.provenance.bench,

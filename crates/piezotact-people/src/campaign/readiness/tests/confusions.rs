@@ -1,6 +1,6 @@
 //! Ways of confusing stimuli: each is refused with the difference named. What changes nothing that a participant feels is accepted.
 
-use piezotact::lineage::{Operation, Step};
+use piezotact::lineage::{Level, Operation, Step};
 use piezotact::quantity::Decibels;
 
 use super::super::super::protocol::read;
@@ -95,6 +95,33 @@ fn made_otherwise(drives: &mut [RenderingFacts], stimulus: &str, with: &Stimulus
     with_texture(named(drives, stimulus), &texture_of(with));
 }
 
+/// The stroke on `sample`, `times` as strong.
+fn louder(sample: &str, times: f64) -> Texture<Acceleration> {
+    let touched = stroke(sample);
+    let samples = touched.series.samples().iter().map(|x| times * x);
+    let series = Series::new(samples.collect(), touched.series.rate()).unwrap();
+    Texture::of(format!("{sample}.parquet"), series)
+}
+
+/// `S2 INVERTED` with the level of `other`, cut as a stroke once more.
+fn cut_again(drives: &mut [RenderingFacts], other: &Texture<Acceleration>) {
+    let texture = stroke("S2");
+    let done = piezotact::manipulate::rms_of(&texture.series, other, Level::Whole).unwrap();
+    let mut texture = texture.then(done);
+    let level = texture.series.rms_about_mean();
+    for number in [1, 2] {
+        let cut = Operation::Stroke {
+            number,
+            from_s: 0.0,
+            to_s: 1.0,
+            high_pass_hz: 5.0,
+        };
+        let step = Step::between(cut, level.clone(), level.clone());
+        texture.lineage.steps.push(step);
+    }
+    with_texture(named(drives, INVERTED), &texture);
+}
+
 fn of(sample: &str) -> Stimulus {
     Stimulus {
         of: sample.to_owned(),
@@ -108,7 +135,7 @@ type Change = fn(&mut [RenderingFacts]);
 
 #[test]
 fn twenty_ways_of_confusing_stimuli_are_refused_with_the_difference_named() {
-    let ways: [(&str, Change, &str); 28] = [
+    let ways: [(&str, Change, &str); 32] = [
         (
             "copies of the plain texture",
             |d| copied(d, "S2", INVERTED),
@@ -226,7 +253,7 @@ fn twenty_ways_of_confusing_stimuli_are_refused_with_the_difference_named() {
                 with_texture(facts, &louder);
                 (facts.lineage, facts.target_lineage) = (own.clone(), own);
             },
-            "expected the level of S13, found +22.",
+            "m/s² rms, as its lineage ends, found",
         ),
         (
             "an edited sample: another texture under an edited lineage",
@@ -283,6 +310,46 @@ fn twenty_ways_of_confusing_stimuli_are_refused_with_the_difference_named() {
                 *band_hz = "20..200".parse().unwrap();
             },
             "S6: expected a drive over 20–1000 Hz as drives/S11.wav, found one over 20–200 Hz by the lineage of drives/S6.wav",
+        ),
+        (
+            "the level of another recording of that sample, and cut once more",
+            |d| cut_again(d, &louder("S13", 1.7)),
+            "expected the level of S13, found +4.609 dB re targets/S13.wav by the samples of targets/S2 INVERTED.wav",
+        ),
+        (
+            "the level of that sample with a gain, and cut once more",
+            |d| {
+                let other = stroke("S13");
+                let done = piezotact::manipulate::gain(&other.series, Decibels(6.0)).unwrap();
+                cut_again(d, &other.then(done));
+            },
+            "expected the level of S13, found the level of S13.parquet by the lineage",
+        ),
+        (
+            "another stroke of its recording, by the lineage alone",
+            |d| {
+                cut_again(d, &stroke("S13"));
+                let of = |number: usize| Operation::Stroke {
+                    number,
+                    from_s: number as f64,
+                    to_s: number as f64 + 0.5,
+                    high_pass_hz: 5.0,
+                };
+                for (name, number) in [("S2", 4), (INVERTED, 3)] {
+                    let facts = named(d, name);
+                    for lineage in [&mut facts.lineage, &mut facts.target_lineage] {
+                        let steps = &mut lineage.as_mut().unwrap().steps;
+                        let level = facts.texture.rms_about_mean();
+                        steps.insert(0, Step::between(of(number), level.clone(), level));
+                    }
+                }
+            },
+            "S2 INVERTED: expected the stroke in targets/S2.wav, found another one by the lineage of drives/S2 INVERTED.wav",
+        ),
+        (
+            "a drive that is too long for the protocol",
+            |d| named(d, INVERTED).drive_s = 31.5,
+            "S2 INVERTED: expected a drive of at most 31.0 s for a texture that is played for 30.0 s, found 31.5 s",
         ),
         (
             "an edited sample in the sidecar of a target",
