@@ -6,7 +6,6 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 
 use crate::quantity::{Band, Measure};
-use crate::recording::Condition;
 
 /// The source of a texture and all operations on it, oldest first.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -245,11 +244,11 @@ impl Lineage {
         }
     }
 
-    /// The lineage of a texture of `condition` in the file called `source`, without any operation.
+    /// The lineage of a texture of `sample`, where it is stated, in the file called `source`, without any operation.
     #[must_use]
-    pub fn of_recording(source: impl Into<String>, condition: &Condition) -> Self {
+    pub fn of_sample(source: impl Into<String>, sample: Option<String>) -> Self {
         Self {
-            sample: condition.sample.clone(),
+            sample,
             ..Self::of(source)
         }
     }

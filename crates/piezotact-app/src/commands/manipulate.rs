@@ -141,8 +141,9 @@ fn opened(path: &Path, source: Source) -> Outcome<Opened> {
     warnings.splice(0..0, recording.about.warnings.iter().cloned());
     let so_far = recording.about.provenance.lineage.clone();
     let steps_before = so_far.as_ref().map_or(0, |lineage| lineage.steps.len());
-    let mut lineage =
-        so_far.unwrap_or_else(|| Lineage::of_recording(name(path), &recording.about.condition));
+    let mut lineage = so_far.unwrap_or_else(|| {
+        Lineage::of_sample(name(path), recording.about.condition.sample.clone())
+    });
     lineage.steps.extend(step);
     let found = Texture {
         series,

@@ -8,6 +8,7 @@ use std::str::FromStr;
 use anyhow::anyhow;
 use clap::Args;
 use piezotact_dataset::read_input_text;
+use piezotact_people::campaign::protocol::Protocol;
 use piezotact_study::store::{DatabaseUrl, NewCampaign, Pseudonym, StudyCampaign};
 
 use super::protocol_text;
@@ -66,7 +67,6 @@ pub(super) fn database_url(text: &str) -> Outcome<DatabaseUrl> {
 
 pub(crate) fn run(args: &Arguments) -> Outcome {
     let (protocol, text) = protocol_text(&args.protocol)?;
-    require_names(protocol.rendered())?;
     let consent = args.consent.as_deref().map(read_input_text).transpose()?;
     if consent.as_ref().is_some_and(|text| text.trim().is_empty()) {
         return Err(usage(anyhow!(
@@ -75,7 +75,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     }
     let url = args.store.as_deref().map(database_url).transpose()?;
     let panels = panels(args)?;
-    require_panels(&protocol.panel.disjoint_from, &panels)?;
+    require_playable(&protocol, &panels)?;
     let new = NewCampaign {
         protocol: &text,
         seed: args.seed,
@@ -106,11 +106,10 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     Ok(())
 }
 
-/// Refuses panels that the protocol does not name, and a protocol that names others.
-fn require_panels(
-    disjoint_from: &[String],
-    panels: &BTreeMap<String, BTreeSet<String>>,
-) -> Outcome {
+/// Refuses stimuli whose files would have one name, panels that the protocol does not name, and a protocol that names others.
+fn require_playable(protocol: &Protocol, panels: &BTreeMap<String, BTreeSet<String>>) -> Outcome {
+    require_names(protocol.rendered())?;
+    let disjoint_from = &protocol.panel.disjoint_from;
     let unknown = panels.keys().find(|name| !disjoint_from.contains(name));
     if let Some(unknown) = unknown {
         return Err(usage(anyhow!(

@@ -297,8 +297,9 @@ impl Job<'_> {
         let step = format!("target {}", self.target.display());
         drive.about.provenance.steps.insert(0, step);
         let so_far = about.provenance.lineage.clone();
-        let so_far =
-            so_far.unwrap_or_else(|| Lineage::of_recording(name(self.target), &about.condition));
+        let so_far = so_far.unwrap_or_else(|| {
+            Lineage::of_sample(name(self.target), about.condition.sample.clone())
+        });
         let lineage = lineage(so_far, &name(self.transfer), level_db, (&target, drive));
         drive.about.provenance.lineage = Some(lineage);
     }

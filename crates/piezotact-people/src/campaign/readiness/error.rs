@@ -76,6 +76,15 @@ pub enum NotReady {
         /// Where it was found: the lineage of a drive, the samples of a target, a measurement.
         seen_in: String,
     },
+    /// Another drive than the one that the session played before.
+    #[error(
+        "{stimulus}: expected the drive that this session played before, found another one in {file}; go on without giving drives: the session keeps its own"
+    )]
+    Exchanged {
+        stimulus: String,
+        /// Where the other one is.
+        file: String,
+    },
     /// The bench does not play the drive.
     #[error("{stimulus}: {why}")]
     Refused { stimulus: String, why: String },
@@ -199,6 +208,7 @@ impl NotReady {
             | Self::Measured { stimulus }
             | Self::SameDrive { stimulus, .. }
             | Self::Made { stimulus, .. }
+            | Self::Exchanged { stimulus, .. }
             | Self::Refused { stimulus, .. }
             | Self::OtherBench { stimulus, .. }
             | Self::TwinSeed { stimulus, .. }

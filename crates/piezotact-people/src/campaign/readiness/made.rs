@@ -46,9 +46,15 @@ pub(super) fn faults(
             made: &made,
             facts,
             drives,
-            played,
         };
-        let (expected, found, seen_in) = compared.difference()?;
+        let Some((expected, found, seen_in)) = compared.difference() else {
+            // A session plays one drive of a stimulus from its first trial to its last.
+            let before = played.get(&facts.stimulus)?;
+            return (*before != facts.sha).then(|| NotReady::Exchanged {
+                stimulus: facts.stimulus.clone(),
+                file: facts.file.clone(),
+            });
+        };
         Some(NotReady::Made {
             stimulus: facts.stimulus.clone(),
             expected,
@@ -65,7 +71,6 @@ struct Compared<'a> {
     made: &'a Stimulus,
     facts: &'a RenderingFacts,
     drives: &'a [&'a RenderingFacts],
-    played: &'a BTreeMap<String, Sha>,
 }
 
 impl Compared<'_> {
@@ -80,7 +85,6 @@ impl Compared<'_> {
             .or_else(|| self.level_of_samples())
             .or_else(|| self.transfer_function())
             .or_else(|| self.band())
-            .or_else(|| self.played_before())
             .or_else(|| self.measured_level())
     }
 
@@ -339,20 +343,6 @@ impl Compared<'_> {
                 format!("a drive over {usual} as {}", like.file),
                 format!("one over {own}"),
                 self.lineage_of_drive(),
-            )
-        })
-    }
-
-    /// A session plays one drive of a stimulus from its first trial to its last.
-    fn played_before(&self) -> Option<Difference> {
-        let facts = self.facts;
-        let before = self.played.get(&facts.stimulus)?;
-        (*before != facts.sha).then(|| {
-            (
-                "the drive that this session played before, which it keeps (leave out --drives)"
-                    .to_owned(),
-                "another one".to_owned(),
-                format!("the checksum of {}", facts.file),
             )
         })
     }

@@ -523,7 +523,7 @@ fn a_session_goes_on_with_the_drives_that_it_played() {
         named(drives, INVERTED).sha = Sha::of(b"prepared again");
         named(drives, "S6").sha = Sha::of(b"not played yet");
     });
-    let part = "S2 INVERTED: expected the drive that this session played before, which it keeps (leave out --drives), found another one";
+    let part = "S2 INVERTED: expected the drive that this session played before, found another one in drives/S2 INVERTED.wav; go on without giving drives";
     assert!(said.len() == 1 && said[0].contains(part), "{said:?}");
 }
 
