@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use piezotact::lineage::{BandChange, Lineage, Operation};
+use piezotact::lineage::{BandChange, Lineage, Operation, Step};
 use piezotact::quantity::{Acceleration, Decibels};
 use piezotact::series::Series;
 
@@ -126,7 +126,9 @@ impl Compared<'_> {
                 self.lineage_of_drive(),
             ));
         }
-        let stated = of_target.steps.last()?.rms_after.value;
+        let rendered = |step: &&Step| matches!(step.operation, Operation::Rendered { .. });
+        let last = of_target.steps.iter().rev().find(|step| !rendered(step))?;
+        let stated = last.rms_after.value;
         let found = self.facts.texture.rms_about_mean().value;
         let off_db = Decibels::from_amplitude_ratio(found / stated).0;
         (off_db.abs() > SAME_LEVEL_DB).then(|| {
