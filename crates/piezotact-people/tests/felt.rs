@@ -355,5 +355,10 @@ fn silence_around_a_drive_is_not_felt() {
     let drive = channel("drive", Unit::FullScale, made(0.5));
     let (part, left_out) = felt_part("A", &of(vec![drive, felt])).unwrap();
     assert_eq!(left_out, None);
-    assert_eq!(part.samples().len(), 2000);
+    // The first and the last 0.05 % of its energy are a sample each.
+    assert!(
+        part.samples().len().abs_diff(2000) <= 2,
+        "{}",
+        part.samples().len()
+    );
 }
