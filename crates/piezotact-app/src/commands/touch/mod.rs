@@ -102,9 +102,10 @@ fn recorded(path: &Path, args: &Takes) -> Outcome<Recorded> {
         Some(pattern) => pattern.read(path).map_err(usage)?,
         None => known_naming(path),
     };
-    // A pattern that a person gives counts more than the sample that was noted while recording.
+    // A pattern that a person gives counts more than the sample that was noted while recording; what a texture was made of is known.
+    let is_noted = recording.about.provenance.lineage.is_none();
     let condition = &mut recording.about.condition;
-    if let (Some(_), Some(named)) = (&args.meta, &naming.condition.sample)
+    if let (Some(_), Some(named), true) = (&args.meta, &naming.condition.sample, is_noted)
         && let Some(noted) = condition.sample.replace(named.clone())
         && noted != *named
     {
