@@ -8,7 +8,7 @@ pub(crate) struct Stamp {
     at: StartTime,
     /// Whether the cell states the day, and says which of its numbers is the month.
     has_date: bool,
-    /// After how long such cells begin anew, s: a day; an hour, of minutes and seconds alone.
+    /// The time after which such cells start again at 0, s: one day, or one hour where they hold minutes and seconds only.
     lasts_s: f64,
 }
 
