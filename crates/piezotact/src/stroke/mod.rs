@@ -20,9 +20,10 @@ use serde::{Deserialize, Serialize};
 pub use warning::{StrokeWarning, Unusual};
 
 use crate::criterion::Criterion;
-use crate::quantity::{Drive, Newtons, SampleRate, Seconds, Unit};
+use crate::quantity::{Acceleration, Drive, Newtons, SampleRate, Seconds, Unit};
 use crate::recording::{MissingChannel, Recording, RecordingError, RecordingWarning, Touch};
 use crate::roles::{Motion, Roles};
+use crate::series::Series;
 use crate::warning::{Counts, Warning};
 
 pub use criteria::StrokeCriterion;
@@ -560,10 +561,9 @@ pub fn segment(
     } else {
         whole(&signals)?
     };
-    let plays = recording.series::<Drive>(None).ok();
-    let plays = plays.and_then(|drive| played_part(drive.samples()));
-    if let Some(played) =
-        plays.filter(|played| segmentation.strokes.is_empty() && played.end <= signals.len())
+    if segmentation.strokes.is_empty()
+        && let Some(played) = played_part(recording)
+        && played.end <= signals.len()
     {
         segmentation = one_stroke(played, Rule::Played);
     }
@@ -607,26 +607,45 @@ fn one_stroke(all: Interval, rule: Rule) -> Segmentation {
     }
 }
 
-/// The share of its energy that a drive may have before and after the part in which it plays: tails of the inverse filter are quiet.
+/// The share of its energy that a texture played may have on either side of the part in which it is felt.
 const TAIL_SHARE: f64 = 5e-4;
 
-/// The part of a recording in which `drive` plays: what is between the first and the last 0.05 % of its energy; none where it is silent.
+/// The part of a recording in which its drive plays and what it plays is felt; none without a drive, or where it is silent.
 ///
-/// Source: docs/decisions/answers.md.
+/// It is what lies between the first and the last 0.05 % of the energy of the drive and, within it, of the acceleration: the tails
+/// of an inverse filter are not quiet in the drive, but nothing is felt of them.
+///
+/// Source: docs/decisions/campaigns.md.
 #[must_use]
-pub fn played_part(drive: &[f64]) -> Option<Interval> {
-    let energy: f64 = drive.iter().map(|v| v * v).sum();
-    let tail = TAIL_SHARE * energy;
-    let mut before = 0.0;
-    let start = drive.iter().position(|v| {
-        before += v * v;
-        before > tail
-    })?;
-    let mut after = 0.0;
-    let end = drive.iter().rposition(|v| {
-        after += v * v;
-        after > tail
-    })? + 1;
+pub fn played_part(recording: &Recording) -> Option<Interval> {
+    let drive = recording.series::<Drive>(None).ok()?;
+    let played = energetic_part(drive.samples())?;
+    let felt = recording.series::<Acceleration>(None).ok();
+    let felt = felt
+        .as_ref()
+        .map(Series::samples)
+        .filter(|felt| felt.len() == drive.samples().len());
+    Some(
+        match felt.and_then(|felt| energetic_part(&felt[played.start..played.end])) {
+            Some(felt) => Interval {
+                start: played.start + felt.start,
+                end: played.start + felt.end,
+            },
+            None => played,
+        },
+    )
+}
+
+/// What lies between the first and the last [`TAIL_SHARE`] of the energy of `x`.
+fn energetic_part(x: &[f64]) -> Option<Interval> {
+    let tail = TAIL_SHARE * x.iter().map(|v| v * v).sum::<f64>();
+    let beyond = |left: &mut f64, v: &f64| {
+        *left -= v * v;
+        *left < 0.0
+    };
+    let (mut before, mut after) = (tail, tail);
+    let start = x.iter().position(|v| beyond(&mut before, v))?;
+    let end = x.iter().rposition(|v| beyond(&mut after, v))? + 1;
     (start < end).then_some(Interval { start, end })
 }
 

@@ -92,14 +92,14 @@ pub fn felt_part(
     sample: &str,
     recording: &Recording,
 ) -> Result<(Series<Acceleration>, Option<Warning>), RecordingError> {
-    let Ok(drive) = recording.series::<Drive>(None) else {
+    if recording.series::<Drive>(None).is_err() {
         return sliding_part(sample, recording, None);
-    };
+    }
     let vibration = recording.series::<Acceleration>(None)?;
-    let felt = vibration.samples();
-    let played = played_part(drive.samples()).filter(|_| drive.samples().len() == felt.len());
-    let part = played
-        .and_then(|part| Series::new(felt[part.start..part.end].to_vec(), vibration.rate()).ok());
+    let part = played_part(recording).and_then(|part| {
+        let felt = vibration.samples().get(part.start..part.end)?;
+        Series::new(felt.to_vec(), vibration.rate()).ok()
+    });
     Ok((part.unwrap_or(vibration), None))
 }
 
