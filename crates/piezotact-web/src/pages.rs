@@ -565,7 +565,7 @@ fn facts(closed: &Closed, sight: Sight, role: Role, language: Language) -> Marku
         }
         @if !closed.evidence.is_empty() {
             h2 { (w(Word::LastStimulus)) }
-            ul.evidence { @for one in &closed.evidence { (measured(one, sight, language)) } }
+            ul.evidence { (measured(&closed.evidence, sight, language)) }
         }
         @if !closed.answered.is_empty() {
             details {
@@ -594,19 +594,32 @@ fn facts(closed: &Closed, sight: Sight, role: Role, language: Language) -> Marku
     }
 }
 
-/// What was measured of a stimulus; a level could tell which one it was.
-fn measured(one: &Measured, sight: Sight, language: Language) -> Markup {
+/// What was measured of the stimuli of a trial: a level, or which of them missed its target, could tell which ones they were.
+fn measured(all: &[Measured], sight: Sight, language: Language) -> Markup {
     let w = |word: Word| word.in_language(language);
-    let (class, reached) = match one.reached {
-        Outcome::Met => ("", Word::TargetMet),
-        Outcome::NotMet => ("bad", Word::TargetNotMet),
-        Outcome::NotDecided => ("", Word::TargetOpen),
+    let outcome = |of: &[Measured]| {
+        let any = |outcome| of.iter().any(|one| one.reached == outcome);
+        match () {
+            () if any(Outcome::NotMet) => ("bad", w(Word::TargetNotMet)),
+            () if any(Outcome::NotDecided) => ("", w(Word::TargetOpen)),
+            () => ("", w(Word::TargetMet)),
+        }
     };
+    let together = outcome(all);
     html! {
-        li class=(class) {
-            (w(Word::Texture)) " " (one.element) (colon(language)) (w(reached))
-            @if let Some(level) = one.level_db.filter(|_| sight == Sight::Open) { ", " (w(Word::Level)) " " (decibels(level)) }
-            @if let Some(force) = one.force_n { ", " (w(Word::ForceWord)) " " (format!("{force:.2} N")) }
+        @if sight == Sight::Blind { li class=(together.0) { (together.1) } }
+        @for one in all {
+            @let own = outcome(std::slice::from_ref(one));
+            @let force = one.force_n.map(|force| format!("{} {force:.2} N", w(Word::ForceWord)));
+            @if sight == Sight::Open {
+                li class=(own.0) {
+                    (w(Word::Texture)) " " (one.element) (colon(language)) (own.1)
+                    @if let Some(level) = one.level_db { ", " (w(Word::Level)) " " (decibels(level)) }
+                    @if let Some(force) = force { ", " (force) }
+                }
+            } @else if let Some(force) = force {
+                li { (w(Word::Texture)) " " (one.element) (colon(language)) (force) }
+            }
         }
     }
 }

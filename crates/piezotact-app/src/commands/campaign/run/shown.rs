@@ -191,7 +191,7 @@ fn side_by_side(items: impl Iterator<Item = String>) -> Vec<String> {
 }
 
 fn answer(state: &State<'_>, trial: &Trial, of: &TrialState) -> Shown {
-    let mut lines: Vec<String> = of.evidence.iter().map(|(i, one)| played(*i, one)).collect();
+    let mut lines: Vec<String> = played(&of.evidence).into_iter().collect();
     let choices: Vec<String> = state
         .choices(trial)
         .into_iter()
@@ -251,17 +251,21 @@ fn ends<'a>(state: &'a State<'_>, trial: &Trial) -> [Option<&'a str>; 2] {
     }
 }
 
-/// What was measured while an element was played; never which stimulus it was, nor its level, by which it could be known.
-fn played(element: usize, evidence: &Evidence) -> String {
-    let mut parts = vec![format!("texture {}", element + 1)];
-    parts.push(match evidence.missed() {
-        true => "MISSED ITS TARGET".to_owned(),
-        false => format!("target {}", evidence.reached.word()),
-    });
-    if let Some(force) = evidence.normal_force_n {
-        parts.push(format!("force {force:.2} N"));
-    }
-    format!("  {}", parts.join(", "))
+/// What was measured while the textures of a trial were played, in one line: never which stimulus it was, nor its level or which one
+/// of them missed its target, by which it could be known.
+fn played(evidence: &[(usize, Evidence)]) -> Option<String> {
+    let outcome = match evidence {
+        [] => return None,
+        all if all.iter().any(|(_, one)| one.missed()) => "A TEXTURE MISSED ITS TARGET",
+        all if all.iter().any(|(_, one)| one.is_open()) => "target not decided",
+        _ => "target met",
+    };
+    let mut parts = vec![outcome.to_owned()];
+    parts.extend(evidence.iter().filter_map(|(element, one)| {
+        let force = one.normal_force_n?;
+        Some(format!("texture {}: force {force:.2} N", element + 1))
+    }));
+    Some(format!("  {}", parts.join(", ")))
 }
 
 /// How the sample of the trial named `name` was touched.
