@@ -63,11 +63,26 @@ fn a_session_with_rendered_textures_runs_to_its_end_on_the_twin() {
             "textures on the device: Enter plays them one after the other",
             "on the tray, in the participant's order: A S",
             "texture 1 is played …",
-            "texture 1, target",
+            "texture 1: force",
             "is complete: task1: 3 of 3 trials, task2: 2 of 2 trials, task3: 2 of 2 trials",
         ],
     );
-    run(&folder, "campaign verify study").expect_success();
+    // Which texture met its target could tell which one it is.
+    assert!(!seen.contains("texture 1, target") && seen.contains("target met, texture 1"));
+    let verified = run(&folder, "campaign verify study");
+    verified.expect_success();
+    assert!(!verified.err().contains("no answer counts"));
+    // What an attempt that was killed leaves is named.
+    let runs = folder.path("study/participants/P01/discrimination/runs");
+    std::fs::write(runs.join("x-1-1-1.parquet.part"), "").unwrap();
+    let verified = run(&folder, "campaign verify study");
+    verified.expect_success();
+    let said = verified.err();
+    assert!(
+        said.contains("1 recording of attempts that were void, repeated or interrupted")
+            && said.contains("x-1-1-1"),
+        "{said}"
+    );
     run(&folder, "campaign export study --out exported").expect_success();
     let trials = table(&folder.path("exported/trials.csv"));
     let of = |task: &str| {
@@ -485,10 +500,18 @@ fn stimuli_of_a_protocol_are_prepared_from_strokes_and_reach_the_levels_that_it_
     );
     made_again(&run(&folder, &prepare), "S13");
     edited("\"samples\":", "\"remark\": \"none\",");
+    // All files that are wrong are named at once.
+    let sidecar = file("drives/S2.wav.json");
+    let text = std::fs::read(&sidecar).unwrap();
+    std::fs::write(&sidecar, "{").unwrap();
     run(&folder, &session).expect_failure(
         1,
-        &["S13.wav: expected a drive with a sidecar that states how it was rendered and the checksum of its samples"],
+        &[
+            "S13.wav: expected a drive with a sidecar that states how it was rendered and the checksum of its samples",
+            "S2.wav.json",
+        ],
     );
+    std::fs::write(&sidecar, text).unwrap();
     made_again(&run(&folder, &prepare), "S13");
     // One sample again alone: its own level is not that of the others.
     let alone = format!(

@@ -52,6 +52,13 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
             checked.elsewhere
         ));
     }
+    if let Some(first) = checked.uncounted.first() {
+        say(&format!(
+            "{} of attempts that were void, repeated or interrupted: no answer counts them, and they are not verified; the first is {}",
+            counted(checked.uncounted.len(), "recording"),
+            first.display()
+        ));
+    }
     for one in &checked.wrong {
         say(one);
     }
@@ -103,6 +110,8 @@ struct Recordings {
     alike: usize,
     /// Those of sessions at other stations, which are not in this folder.
     elsewhere: usize,
+    /// Those that no counted answer names.
+    uncounted: Vec<PathBuf>,
     /// What is wrong, one sentence for each.
     wrong: Vec<String>,
 }
@@ -111,6 +120,7 @@ impl Recordings {
     fn add(&mut self, other: Self) {
         self.alike += other.alike;
         self.elsewhere += other.elsewhere;
+        self.uncounted.extend(other.uncounted);
         self.wrong.extend(other.wrong);
     }
 
@@ -133,13 +143,17 @@ fn recordings(study: &Study, state: &State<'_>) -> Outcome<Recordings> {
     let plan = state.plan();
     let participant = Pseudonym::new(&plan.participant)?;
     let folder = study.store.session_folder(&participant, &plan.session)?;
-    let mut found = Recordings::default();
+    let mut found = Recordings {
+        uncounted: runs_in(&folder),
+        ..Recordings::default()
+    };
     for (_, trial) in state.trials() {
         let played = trial.evidence.iter();
         let played = played.filter_map(|(_, one)| Some((one.journal.as_ref()?, one.recorded?)));
         let touched = trial.touched.iter().flat_map(|one| &one.recordings);
         let touched = touched.filter_map(|one| Some((&one.journal, one.recorded?)));
         for (journal, recorded) in played.chain(touched) {
+            found.uncounted.retain(|run| *run != folder.join(journal));
             if study.store.kept() == Kept::OnServer && !reads::is_there(&folder.join(journal)) {
                 found.elsewhere += 1;
                 continue;
@@ -156,6 +170,20 @@ fn recordings(study: &Study, state: &State<'_>) -> Outcome<Recordings> {
         }
     }
     Ok(found)
+}
+
+/// The recordings in the folder of a session, by name.
+fn runs_in(folder: &Path) -> Vec<PathBuf> {
+    let files = std::fs::read_dir(folder.join("runs")).into_iter().flatten();
+    let files = files.filter_map(|file| Some(file.ok()?.path()));
+    let mut runs: Vec<PathBuf> = files
+        .filter(|file| {
+            file.extension()
+                .is_some_and(|of| of == "parquet" || of == "part")
+        })
+        .collect();
+    runs.sort();
+    runs
 }
 
 /// Whether the acceleration in `file` is the one whose checksum was noted while it was recorded.

@@ -25,7 +25,7 @@ use piezotact_study::session::PreparedDrive;
 
 use crate::commands::manipulate::before_manipulation;
 use crate::commands::verify::verified;
-use crate::failure::Failure;
+use crate::failure::{Failure, sentence};
 use crate::output::write_bytes;
 use crate::reading::texture;
 
@@ -83,16 +83,25 @@ impl Drives {
         };
         let stimuli: Vec<&str> = stimuli.into_iter().collect();
         require_names(stimuli.iter().copied())?;
+        // All faults are named at once: somebody waits.
+        let mut faults: Vec<String> = Vec::new();
+        let mut add = |drives: &mut Self, stimulus: &str, files: &[PathBuf; 3]| {
+            match drives.add((protocol, participant), stimulus, files) {
+                Err(Failure::Data(error)) => faults.push(sentence(&error)),
+                other => other?,
+            }
+            Ok::<(), Failure>(())
+        };
         for stimulus in stimuli {
             let given = given.map(|given| files(given, stimulus));
             if let Some(given) = given.clone().filter(are_there) {
-                drives.add((protocol, participant), stimulus, &given)?;
+                add(&mut drives, stimulus, &given)?;
                 drives.given.push((stimulus.to_owned(), given));
                 continue;
             }
             let kept = files(folder, stimulus);
             if are_there(&kept) {
-                drives.add((protocol, participant), stimulus, &kept)?;
+                add(&mut drives, stimulus, &kept)?;
                 continue;
             }
             let some = |files: &[PathBuf; 3]| files.iter().any(|file| file.is_file());
@@ -103,7 +112,10 @@ impl Drives {
                 drives.incomplete.push((stimulus, lacking.join(", ")));
             }
         }
-        Ok(drives)
+        match faults.is_empty() {
+            true => Ok(drives),
+            false => Err(Failure::Data(anyhow!("{}", faults.join("\n")))),
+        }
     }
 
     /// Notes why `bench`, as it is now, does not play them. Nothing is played.
