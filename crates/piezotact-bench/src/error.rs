@@ -190,7 +190,7 @@ pub enum ProcedureError {
 fn stopped(label: &str, after_s: f64) -> String {
     match after_s > 0.0 {
         true => format!("stopped by hand after {after_s:.2} s of `{label}`"),
-        false => format!("stopped by hand before anything of `{label}` was acquired"),
+        false => format!("stopped by hand before `{label}` began"),
     }
 }
 

@@ -609,7 +609,7 @@ fn require_own_sidecar(
                 sidecar_path(path).display()
             ),
             "other samples: an overwrite was interrupted, or another program changed them",
-            "write the file again; or, if the sidecar is valid for these samples, remove `samples` from it",
+            "write the file again; for a recording whose sidecar is valid for these samples, remove `samples` from it (a drive or a target needs it in a session: make it again)",
         ));
     }
     if let Some(stated_hz) = of_samples.rate_hz

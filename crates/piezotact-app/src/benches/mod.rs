@@ -110,7 +110,7 @@ impl BenchSpec {
     pub(crate) fn open(&self) -> Outcome<Bench> {
         if interrupted() {
             return Err(ProcedureError::Stopped {
-                label: "the next measurement".into(),
+                label: "next measurement".into(),
                 after_s: 0.0,
             }
             .into());

@@ -40,6 +40,14 @@ impl Shown for ScoredRecordings {
         let s = &self.score;
         let origin = ["A", "B"].into_iter().zip(&self.provenance);
         let origin = origin.map(|(what, one)| Fact::new(what, &one.source).steps(&one.steps));
+        let made = ["A was made of", "B was made of"]
+            .into_iter()
+            .zip(&self.provenance);
+        let made = made.filter_map(|(what, one)| {
+            let lineage = one.lineage.as_ref()?;
+            Some(Fact::new(what, &lineage.source).steps(&lineage.steps))
+        });
+        let origin = origin.chain(made);
         Page::new(
             format!("Score of {b} against {a}"),
             format!("A, the reference: {a}. B, the test: {b}."),
