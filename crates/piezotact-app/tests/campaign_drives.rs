@@ -84,6 +84,11 @@ fn a_session_with_rendered_textures_runs_to_its_end_on_the_twin() {
         "{said}"
     );
     run(&folder, "campaign export study --out exported").expect_success();
+    for session in ["measurement", "discrimination"] {
+        let report = folder.path(&format!("exported/reports/P01_{session}.html"));
+        let report = std::fs::read_to_string(report).unwrap();
+        assert!(report.contains(&format!("Session {session} of P01")));
+    }
     let trials = table(&folder.path("exported/trials.csv"));
     let of = |task: &str| {
         let rows = trials.iter().filter(|row| row["task"] == task);

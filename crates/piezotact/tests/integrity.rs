@@ -404,6 +404,27 @@ fn a_copy_is_told_from_a_response() {
     assert_eq!(copied(&x[2..], &heard), None);
 }
 
+/// A tone is alike at every period, and at every half with the other sign.
+#[test]
+fn a_copy_of_a_periodic_signal_has_its_shortest_delay_and_its_sign() {
+    let tone =
+        |period: f64| move |i: f64| (TAU * i / period).sin() + 0.3 * (TAU * 2.0 * i / period).cos();
+    for (period, factor, later) in [
+        (40.0, 1.0, 0),
+        (40.0, -2.0, 0),
+        (36.4, 0.5, 3),
+        (36.4, -1.0, -2),
+    ] {
+        let wave = tone(period);
+        let at = |i: usize, later: i32| wave(i as f64 - f64::from(later));
+        let x: Vec<f64> = (0..30_000).map(|i| at(i, 0)).collect();
+        let y: Vec<f64> = (0..30_000).map(|i| factor * at(i, later)).collect();
+        let found = copied(&x, &y).unwrap();
+        assert_eq!(found.later, i64::from(later), "{found:?}");
+        assert!((found.factor - factor).abs() < 1e-6, "{found:?}");
+    }
+}
+
 fn pair<'a>(drive: &'a [f64], response: &'a [f64]) -> Pair<'a> {
     Pair {
         drive,
@@ -668,6 +689,28 @@ fn a_line_at_rest_is_found_and_noise_has_none() {
         }
     }
     assert_eq!(lines_at_rest(&[&[0.0; 100][..]], rate), []);
+}
+
+/// A torque of a few steps of its converter rests on one of them, and leaves it by a whole step.
+#[test]
+fn a_coarsely_quantised_torque_is_no_drop_out() {
+    let n = (10.0 * RATE_HZ) as usize;
+    for (seed, step) in [(1, 0.05), (2, 0.1), (3, 0.2)] {
+        let mut noise = Noise::new(seed);
+        let (mut slow, keep) = (0.0, (-TAU * 3.0 / RATE_HZ).exp());
+        let torque: Vec<f64> = (0..n)
+            .map(|_| {
+                slow = keep * slow + (1.0 - keep * keep).sqrt() * noise.next();
+                (0.2 * slow / step).round() * step
+            })
+            .collect();
+        let unit = Unit::Other("N·m".into());
+        let found = piezotact::integrity::inspect_samples(&torque, rate(), &unit);
+        assert!(
+            found.gaps.is_empty() && found.frozen.is_empty(),
+            "{step}: {found:?}"
+        );
+    }
 }
 
 /// A finger that presses for most of the time and lifts at once: neither the load nor the lifts are lost signal. A cell that holds one value is.

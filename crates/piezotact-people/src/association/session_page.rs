@@ -1,10 +1,15 @@
 //! The report of one session: who, what was presented and answered, and what happened besides.
 
+use piezotact::criterion::Outcome;
+use piezotact::figure::{Axis, Chart, Figure, Line, Mark, Scale, Tone};
 use piezotact::page::{Block, Cell, Column, Number, Page, Table};
 
 use super::tables::{noted, thresholds_table};
+use crate::campaign::adaptive::Response;
 use crate::campaign::plan::TrialKind;
-use crate::campaign::session::{Answer, Event, Evidence, Participant, Stage, State, TrialState};
+use crate::campaign::session::{
+    Answer, Event, Evidence, Participant, Stage, State, Threshold, TrialState,
+};
 use crate::campaign::store::Purpose;
 
 /// The report of the session with the state `state`, which was made from `events` with their times in ms since 1970-01-01 00:00 UTC.
@@ -21,16 +26,82 @@ pub fn session_page(state: &State<'_>, events: &[(i64, Event)]) -> Page {
             numbers: numbers(state, events),
         }],
     );
-    page = page.section("Trials", [Block::Table(trials(state, events))]);
     let thresholds = thresholds_table(state);
     if !thresholds.rows.is_empty() {
-        page = page.section("Thresholds", [Block::Table(thresholds)]);
+        let tasks = state.protocol().tasks.iter();
+        let runs = tasks.flat_map(|task| state.thresholds(&task.name));
+        let runs = runs.filter(|run| !run.course.is_empty());
+        let figures = runs.map(|run| Block::Figure(course(&run)));
+        let blocks: Vec<Block> = [Block::Table(thresholds)]
+            .into_iter()
+            .chain(figures)
+            .collect();
+        page = page.section("Thresholds", blocks);
     }
+    page = page.section("Trials", [Block::Table(trials(state, events))]);
     let happened = happened(events);
     if !happened.rows.is_empty() {
         page = page.section("What happened besides", [Block::Table(happened)]);
     }
     page.warnings(&state.warnings())
+}
+
+/// The levels of an adaptive run over its trials, with the threshold and its interval where it is decided.
+fn course(run: &Threshold<'_>) -> Figure {
+    let all = || {
+        run.course
+            .iter()
+            .enumerate()
+            .map(|(i, (level, response))| ((i + 1) as f64, *level, *response))
+    };
+    let of = |wanted| {
+        all()
+            .filter(move |(.., found)| *found == wanted)
+            .map(|(x, y, _)| (x, y))
+            .collect()
+    };
+    let end = run.course.len() as f64 + 1.0;
+    let mut lines = vec![
+        Line::new("", Tone::Pale, all().map(|(x, y, _)| (x, y)).collect()).thin(),
+        Line::new("right", Tone::Main, of(Response::Correct)).marked(Mark::Dots),
+        Line::new("wrong", Tone::Accent, of(Response::Wrong)).marked(Mark::Dots),
+    ];
+    let estimate = &run.estimate;
+    let decided = estimate
+        .level
+        .filter(|_| estimate.decided() == Outcome::Met);
+    if let Some(level) = decided {
+        let mut line = Line::new(
+            "threshold",
+            Tone::Reference,
+            vec![(0.0, level), (end, level)],
+        )
+        .marked(Mark::Dashed);
+        if let Some([low, high]) = estimate.interval {
+            line = line.ribbon(vec![(0.0, low, high), (end, low, high)]);
+        }
+        lines.push(line);
+    }
+    let of_interval = estimate
+        .interval
+        .filter(|_| decided.is_some())
+        .into_iter()
+        .flatten();
+    let levels = all()
+        .map(|(_, level, _)| level)
+        .chain(decided)
+        .chain(of_interval);
+    let y = Axis::around("level, as the protocol states it", Scale::Linear, levels);
+    let caption = format!(
+        "Run {}: the level of each trial{}.",
+        run.run,
+        match decided {
+            Some(_) if estimate.interval.is_some() => ", the threshold and its 95 % interval",
+            Some(_) => " and the threshold",
+            None => "; no threshold is decided",
+        }
+    );
+    Chart::new(Axis::new("trial", 0.0, end), y, lines).captioned(caption)
 }
 
 /// Who took part, and as what.

@@ -23,6 +23,8 @@ const LEFT_OF_EXCERPT: f64 = 0.05;
 const LEFT: f64 = 5e-4;
 /// A signal of fewer steps of a converter is not judged.
 const FEWEST_STEPS: f64 = 20.0;
+/// So many lags of a periodic signal are tried on the whole.
+const MOST_LAGS: usize = 8;
 /// Rounding of both, in steps.
 const ROUNDED: f64 = 0.75;
 
@@ -55,18 +57,26 @@ pub fn copied(a: &[f64], b: &[f64]) -> Option<Copy> {
     let excerpt = changes(&b[from..from + length]);
     let start = from.saturating_sub(EXCERPT);
     let wide = changes(&a[start..(from + length + EXCERPT).min(count)]);
-    let lag = best_lag(&wide, &excerpt)?;
-    // The copy's sample `from` is the original's sample `start + lag`.
-    let later = from as i64 - (start + lag) as i64;
-    let original = wide.get(lag..lag + excerpt.len())?;
-    let (ab, aa) = sums(original, &excerpt);
-    let factor = ab / aa;
-    let left = left_over(original, &excerpt, factor);
-    if !factor.is_finite() || factor == 0.0 || left > LEFT_OF_EXCERPT * rms(&excerpt) {
-        return None;
-    }
-    // The whole, with its offset.
-    let (x, y) = overlap(&a[..count], &b[..count], later);
+    // The copy's sample `from` is the original's sample `start + lag`. A periodic signal is alike at many lags: the shortest delay counts.
+    let later = |lag: usize| from as i64 - (start + lag) as i64;
+    let mut lags = best_lags(&wide, &excerpt);
+    lags.sort_by_key(|lag| later(*lag).abs());
+    let is_copy = |lag: &usize| {
+        let Some(original) = wide.get(*lag..lag + excerpt.len()) else {
+            return false;
+        };
+        let (ab, aa) = sums(original, &excerpt);
+        let factor = ab / aa;
+        let left = left_over(original, &excerpt, factor);
+        factor.is_finite() && factor != 0.0 && left <= LEFT_OF_EXCERPT * rms(&excerpt)
+    };
+    let mut alike = lags.into_iter().filter(is_copy).take(MOST_LAGS);
+    alike.find_map(|lag| as_a_whole(&a[..count], &b[..count], later(lag)))
+}
+
+/// The relation of the whole of `b` to `a` that comes `later` samples before, with its offset; `None` if it is no copy.
+fn as_a_whole(a: &[f64], b: &[f64], later: i64) -> Option<Copy> {
+    let (x, y) = overlap(a, b, later);
     let (mean_x, mean_y) = (mean(x), mean(y));
     let (mut xy, mut xx) = (0.0, 0.0);
     for (x, y) in x.iter().zip(y) {
@@ -118,15 +128,25 @@ impl Shape {
     }
 }
 
-/// Where in `wide` the correlation with `part` is largest.
-fn best_lag(wide: &[f64], part: &[f64]) -> Option<usize> {
+/// Where in `wide` the correlation with `part` has a peak as high as the largest, but for [`ALIKE`].
+fn best_lags(wide: &[f64], part: &[f64]) -> Vec<usize> {
     let size = (wide.len() + part.len()).next_power_of_two();
     let mut plan = RealTransform::new(size);
     let (x, y) = (plan.forward(wide), plan.forward(part));
     let product = x.iter().zip(&y).map(|(x, y)| x * y.conj()).collect();
     let correlation = plan.inverse(product);
-    let lags = (wide.len() + 1).checked_sub(part.len())?;
-    (0..lags).max_by(|a, b| correlation[*a].abs().total_cmp(&correlation[*b].abs()))
+    let lags = (wide.len() + 1).saturating_sub(part.len());
+    let size = |lag: usize| correlation[lag].abs();
+    let largest = (0..lags).map(size).fold(0.0, f64::max);
+    if largest == 0.0 {
+        return Vec::new();
+    }
+    let is_peak = |lag: &usize| {
+        let beside = [lag.saturating_sub(1), (lag + 1).min(lags - 1)];
+        size(*lag) >= (1.0 - ALIKE) * largest
+            && beside.iter().all(|other| size(*other) <= size(*lag))
+    };
+    (0..lags).filter(is_peak).collect()
 }
 
 fn sums(a: &[f64], b: &[f64]) -> (f64, f64) {

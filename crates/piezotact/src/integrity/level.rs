@@ -123,7 +123,12 @@ pub(super) fn lost(samples: &[f64], rate: SampleRate) -> Lost {
     let Some((mut found, usual)) = lost_by_a_held_value(samples, rate) else {
         return Lost::default();
     };
-    for span in at_the_floor(samples, rate, &usual, FLOOR, SHORTEST_GAP) {
+    // Of a few steps one is the floor, and the next one is an abrupt edge.
+    let floors = match usual.level >= FEWEST_STEPS * step(samples) {
+        true => at_the_floor(samples, rate, &usual, FLOOR, SHORTEST_GAP),
+        false => Vec::new(),
+    };
+    for span in floors {
         let within = |known: &Span| known.from < span.to && span.from < known.to;
         let inside = span.from > 0 && span.to < samples.len();
         if inside

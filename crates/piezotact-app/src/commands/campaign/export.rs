@@ -6,15 +6,17 @@ use clap::Args;
 use piezotact::number::counted;
 use piezotact::page::Table;
 use piezotact_people::association::{
-    answers_table, declared, evidence_table, participants_table, trials_table,
+    answers_table, declared, evidence_table, participants_table, session_page, trials_table,
 };
 use piezotact_people::campaign::dictionary::dictionary;
 use piezotact_people::campaign::plan::Plan;
-use piezotact_people::campaign::session::State;
+use piezotact_people::campaign::session::{Stage, State};
 use piezotact_people::campaign::store::{Purpose, SessionEntry, Store as _};
 use piezotact_report::report;
+use piezotact_study::session::events_of;
 
 use super::study::Study;
+use crate::advice::OptionWords;
 use crate::commands::render::folders;
 use crate::failure::Outcome;
 use crate::output::{document_text, print, say_warnings, write_text};
@@ -22,13 +24,15 @@ use crate::places::outputs;
 
 /// The folder of the events.
 const EVENTS: &str = "events";
+/// The folder of the reports.
+const REPORTS: &str = "reports";
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
     /// The folder of the study.
     #[arg(value_name = "STUDY")]
     study: PathBuf,
-    /// The folder to write: answers.csv, orders.csv, trials.csv, evidence.csv, thresholds.csv, participants.csv, events/ and dictionary.json.
+    /// The folder to write: answers.csv, orders.csv, trials.csv, evidence.csv, thresholds.csv, participants.csv, events/, reports/ and dictionary.json.
     #[arg(long, value_name = "FOLDER")]
     out: PathBuf,
 }
@@ -43,6 +47,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         [
             Some(args.out.as_path()),
             Some(args.out.join(EVENTS).as_path()),
+            Some(args.out.join(REPORTS).as_path()),
         ]
         .as_slice(),
     )?;
@@ -98,8 +103,8 @@ fn tables(study: &Study, states: &[(State<'_>, Purpose)]) -> Outcome<[(&'static 
     ])
 }
 
-/// The files of a study, with their names and contents: its tables, their dictionary, and the events of every session that counts, one
-/// file for each session and one line for each event.
+/// The files of a study, with their names and contents: its tables, their dictionary, and of every session that counts its events, one
+/// line for each, and its report where it is over.
 fn files(
     study: &Study,
     live: &[(SessionEntry, Plan)],
@@ -128,6 +133,16 @@ fn files(
             entry.key.participant, entry.key.session
         );
         files.push((name, lines));
+    }
+    let over = |state: &State<'_>| matches!(state.stage(), Stage::Stopped | Stage::Ended);
+    for (state, _) in states.iter().filter(|(state, _)| over(state)) {
+        let plan = state.plan();
+        let page = session_page(
+            state,
+            &events_of(&study.store, plan).map_err(anyhow::Error::new)?,
+        );
+        let name = format!("{REPORTS}/{}_{}.html", plan.participant, plan.session);
+        files.push((name, report::html(&page, &OptionWords)?));
     }
     Ok(files)
 }

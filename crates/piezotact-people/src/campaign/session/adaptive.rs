@@ -40,6 +40,16 @@ pub(super) fn runs(plan: &Plan) -> Result<BTreeMap<&str, Run<'_>>, AdaptiveRuleE
     Ok(runs)
 }
 
+impl Run<'_> {
+    fn course(&self) -> Vec<(f64, Response)> {
+        let level = |at: usize| self.adaptive.levels.get(at).map(|one| one.level);
+        let taken = self.taken.iter();
+        taken
+            .filter_map(|(at, response)| Some((level(*at)?, *response)))
+            .collect()
+    }
+}
+
 /// The run that chooses the comparison of `trial`.
 fn chosen_by(trial: &Trial) -> Option<&str> {
     match &trial.presented {
@@ -55,6 +65,8 @@ pub struct Threshold<'a> {
     pub run: &'a str,
     /// The set; absent where the task has none.
     pub set: Option<&'a str>,
+    /// The level of each trial that was answered, in the unit of the protocol's levels, and its response.
+    pub course: Vec<(f64, Response)>,
     pub estimate: ThresholdEstimate,
 }
 
@@ -140,6 +152,7 @@ impl<'a> State<'a> {
             (last.task == task).then(|| Threshold {
                 run: name,
                 set: last.set.as_deref(),
+                course: run.course(),
                 estimate: run.now.estimate(run.adaptive.largest_sd),
             })
         });

@@ -1,9 +1,12 @@
 use piezotact::criterion::Outcome;
+use piezotact::figure::{Drawn, Figure};
+use piezotact::page::Block;
 
 use super::super::super::adaptive::{GUESS_SHARE, ThresholdEstimate, weibull};
 use super::super::super::plan::TrialKind;
 use super::super::super::protocol::{Adaptive, Method, TaskKind};
 use super::*;
+use crate::association::session_page;
 
 /// An observer: its threshold, in dB of the increment, and the numbers that decide its answers (`SplitMix64`).
 struct Observer {
@@ -174,8 +177,10 @@ fn thresholds_of_simulated_observers_are_recovered() {
         let state = fast(&protocol, &plan, |rule, presented| {
             observer.says(rule, presented)
         });
+        let mut shown = figures_with_a_threshold(&state);
         for task in ["quest", "staircase"] {
             let found = threshold(&state, task);
+            shown -= i32::from(found.decided() == Outcome::Met);
             // The level of 79.4 % right answers lies below the Weibull threshold of 80.3 %.
             let error = found.level.unwrap() - observer.threshold_db;
             if task == "quest" {
@@ -184,6 +189,7 @@ fn thresholds_of_simulated_observers_are_recovered() {
             errors.entry(task).or_default().push(error);
             *decided.entry(task).or_default() += u32::from(found.decided() == Outcome::Met);
         }
+        assert_eq!(shown, 0);
     }
     for (task, errors) in &errors {
         let count = errors.len() as f64;
@@ -197,6 +203,26 @@ fn thresholds_of_simulated_observers_are_recovered() {
     assert!(within >= 180, "{within}");
 }
 
+/// How many figures of the report of the session draw a threshold, of two that have right and wrong answers.
+fn figures_with_a_threshold(state: &State<'_>) -> i32 {
+    let page = session_page(state, &[]);
+    let blocks = page.sections.iter().flat_map(|section| &section.blocks);
+    let labels = blocks.filter_map(|block| match block {
+        Block::Figure(Figure {
+            drawn: Drawn::Chart(chart),
+            ..
+        }) => {
+            let labels = chart.lines.iter().map(|line| line.label.as_str());
+            Some(labels.collect::<Vec<_>>())
+        }
+        _ => None,
+    });
+    let labels: Vec<Vec<&str>> = labels.collect();
+    assert_eq!(labels.len(), 2);
+    assert!(labels.iter().all(|of| of[1..3] == ["right", "wrong"]));
+    labels.iter().filter(|of| of.contains(&"threshold")).count() as i32
+}
+
 #[test]
 fn an_observer_who_answers_at_random_is_not_decided() {
     let (protocol, plan) = jnd();
@@ -208,10 +234,13 @@ fn an_observer_who_answers_at_random_is_not_decided() {
             true => "first",
             false => "second",
         });
+        let mut shown = figures_with_a_threshold(&state);
         for task in ["quest", "staircase"] {
             let found = threshold(&state, task).decided();
             *decided.entry(task).or_default() += u32::from(found == Outcome::Met);
+            shown -= i32::from(found == Outcome::Met);
         }
+        assert_eq!(shown, 0, "a report shows a threshold that is not decided");
         warnings += u32::from(!state.warnings().is_empty());
     }
     assert!(decided.values().all(|count| *count <= 4), "{decided:?}");
