@@ -53,7 +53,7 @@ fn a_session_runs_on_a_sound_device() {
     let folder = measured("");
     let seen = whole(&folder, DISCRIMINATE);
     let complete = "is complete: task1: 3 of 3 trials, task2: 2 of 2 trials, task3: 2 of 2 trials";
-    holds(&seen, &["texture 1, target", complete]);
+    holds(&seen, &["texture 1: force", complete]);
     run(&folder, "campaign export study --out exported").expect_success();
     let evidence = table(&folder.path("exported/evidence.csv"));
     assert!(!evidence.is_empty());

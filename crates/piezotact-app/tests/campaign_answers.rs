@@ -198,7 +198,7 @@ fn a_rehearsal_without_drives_waits_and_says_what_is_missing() {
 fn textures_that_are_no_longer_measured_are_said_and_flagged() {
     let folder = measured();
     let mut on_bench = session(&folder, &format!("{DISCRIMINATE} {BENCH}"));
-    until(&mut on_bench, "texture 1, target");
+    until(&mut on_bench, "texture 1: force");
     on_bench.type_line("/leave");
     assert!(on_bench.end().0.success());
     let seen = whole(&folder, BY_HAND);

@@ -288,7 +288,7 @@ fn a_session_goes_on_with_the_drives_that_it_played() {
     let folder = measured();
     let on_bench = format!("{DISCRIMINATE} {BENCH}");
     let mut begun = session(&folder, &on_bench);
-    until(&mut begun, "texture 1, target");
+    until(&mut begun, "texture 1: force");
     begun.kill();
     let from = |file: &str| prepared().path(file).display().to_string();
     let strokes = ["S2", "S4", "S8", "S9"].map(|sample| from(&format!("{sample}.parquet")));

@@ -64,7 +64,7 @@ fn a_session_is_run_by_one_program_and_its_recordings_are_those_that_were_made()
     let folder = measured();
     let line = format!("{DISCRIMINATE} {BENCH}");
     let mut first = session(&folder, &line);
-    until(&mut first, "texture 1, target");
+    until(&mut first, "texture 1: force");
     let runs = folder.path("study/participants/P01/discrimination/runs");
     let files = || {
         let there = std::fs::read_dir(&runs).unwrap();

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use piezotact::correct::CorrectConfig;
 use piezotact::feature::vibrations;
 use piezotact::filter::HighPass;
-use piezotact::lineage::Mode;
+use piezotact::lineage::{Level, Mode};
 use piezotact::manipulate::Texture;
 use piezotact::prepare::{State, common_level};
 use piezotact::quantity::{
@@ -368,7 +368,8 @@ fn target<'a>(
         })
         .collect();
     let of = |sample: &str| textures.iter().find(|(name, _)| **name == sample);
-    let texture = made.texture(|sample| of(sample).map(|(_, texture)| texture));
+    let measured = Level::Within(band()?);
+    let texture = made.texture(|sample| of(sample).map(|(_, texture)| texture), measured);
     let texture = texture.map_err(|error| VolunteerError::Making {
         stimulus: stimulus.to_owned(),
         error: Box::new(error),

@@ -332,7 +332,7 @@ fn vibration(
     let otherwise = of.and_then(|of| felt_otherwise(of, file.participant.as_deref(), stated));
     if let Some(otherwise) = otherwise {
         return Err(refused(anyhow!(
-            "{otherwise}; rename the file after the texture that was felt"
+            "{otherwise}; put the file into the folder of whoever felt it, with the name of the texture that was felt"
         )));
     }
     felt_part(&file.sample, recording).map_err(|error| refused(Error::new(error)))

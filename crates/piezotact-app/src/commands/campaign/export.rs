@@ -19,6 +19,7 @@ use super::study::Study;
 use crate::advice::OptionWords;
 use crate::commands::render::folders;
 use crate::failure::Outcome;
+use crate::invocation::write_report;
 use crate::output::{document_text, print, say_warnings, write_text};
 use crate::places::outputs;
 
@@ -55,7 +56,10 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     let paths: Vec<PathBuf> = files.iter().map(|(name, _)| args.out.join(name)).collect();
     outputs(&[], &paths.iter().map(PathBuf::as_path).collect::<Vec<_>>())?;
     for (path, (_, text)) in paths.iter().zip(&files) {
-        write_text(path, text)?;
+        match path.extension().is_some_and(|ending| ending == "html") {
+            true => write_report(path, text)?,
+            false => write_text(path, text)?,
+        }
     }
     let rehearsals = states
         .iter()

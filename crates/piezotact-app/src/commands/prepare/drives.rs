@@ -220,7 +220,8 @@ fn measured(
     };
     let mut bench = bench;
     if let Some(bench) = bench.as_deref_mut() {
-        match play(bench, "prepare", &record) {
+        // Each is a placement of the finger of its own.
+        match play(bench, &format!("prepare {}", texture.called), &record) {
             Ok(()) => {}
             Err(Failure::Data(error)) => {
                 prepared.sentence = format!("not measured: {}", sentence(&error));
@@ -239,7 +240,11 @@ fn measured(
         };
         if let Some(bench) = bench.or(own.as_mut()) {
             let mut again = |turn: usize, place: &Path| {
-                play(bench, &format!("prepare, turn {turn}"), place)?;
+                play(
+                    bench,
+                    &format!("prepare {}, turn {turn}", texture.called),
+                    place,
+                )?;
                 verified(&texture.target, place, args.band)
             };
             middle = middle_of_turns(&record, &first, &mut again)?;

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use anyhow::{Error, anyhow};
 use piezotact::checksum::Checksum;
-use piezotact::lineage::Mode;
+use piezotact::lineage::{Level, Mode};
 use piezotact::manipulate::Texture as Made;
 use piezotact::prepare::{Prepared, PreparedDrives, State};
 use piezotact::quantity::{Acceleration, Drive};
@@ -91,7 +91,7 @@ impl Stimuli {
         let states_level = wanted.iter().any(|one| one.rms_db.is_some());
         if states_level && !matches!(level, LevelRule::Stated(db) if db.abs() < 0.005) {
             return Err(usage(anyhow!(
-                "expected --level 0, as the protocol {} states levels in dB re 1 m/s², found another one; give --level 0",
+                "expected --level 0, as the protocol {} states levels in dB re 1 m/s²",
                 protocol.name
             )));
         }
@@ -140,7 +140,8 @@ impl Stimuli {
     }
 
     /// Adds to the plain textures `all` those that are made of them, and leaves out those that are rendered in no session.
-    pub(super) fn make_of(&self, all: &mut Vec<Texture>, out: &Path) -> Outcome {
+    pub(super) fn make_of(&self, all: &mut Vec<Texture>, args: &Arguments) -> Outcome {
+        let (out, measured) = (&args.out, Level::Within(args.band));
         let touched: BTreeMap<String, Made<Acceleration>> = (all.iter())
             .map(|one| (one.strokes.texture.clone(), one.made.texture.clone()))
             .collect();
@@ -158,7 +159,7 @@ impl Stimuli {
                 ));
                 continue;
             };
-            let texture = stimulus.texture(|sample| touched.get(sample));
+            let texture = stimulus.texture(|sample| touched.get(sample), measured);
             let texture = texture
                 .map_err(|error| Failure::Data(Error::new(error).context(stimulus.name.clone())))?;
             let speed = stimulus.warp.map_or(Speed::Kept, |_| Speed::Changed);

@@ -128,7 +128,7 @@ impl Textures {
         }
         #[cfg(feature = "study")]
         if let Some(protocol) = protocol {
-            protocol.make_of(&mut all, &args.out)?;
+            protocol.make_of(&mut all, args)?;
         }
         let textures = Self {
             participant,
@@ -150,7 +150,7 @@ fn one_participant(takes: &[AnalysedRecording]) -> Outcome<Option<String>> {
     if people.len() > 1 {
         let people: Vec<String> = people.into_iter().collect();
         return Err(usage(anyhow!(
-            "expected strokes of one participant, found those of {}; prepare each with their own transfer function",
+            "expected strokes of one participant, found those of {}; prepare each with their own transfer function, or state by --meta what strokes of one person do not state alike (participant, twin_seed)",
             people.join(", ")
         )));
     }

@@ -31,6 +31,8 @@ pub struct QuestEstimate {
     pub threshold_db: f64,
     /// Its standard deviation, in dB.
     pub threshold_sd_db: f64,
+    /// Its quantiles of 2.5 and 97.5 %, in dB, where the thresholds of the grid stand for what lies nearer to them than to others.
+    pub threshold_interval_db: [f64; 2],
     /// The mean of the posterior of the slope.
     pub slope: f64,
     /// The mean of the posterior of the share of lapses.
@@ -202,10 +204,37 @@ impl QuestPlus {
         QuestEstimate {
             threshold_db,
             threshold_sd_db: variance.sqrt(),
+            threshold_interval_db: [0.025, 0.975].map(|share| self.quantile_db(share)),
             slope: mean(|point| point.slope),
             lapse_share: mean(|point| point.lapse_share),
             at_ends_share,
         }
+    }
+}
+
+impl QuestPlus {
+    /// The threshold below which the `share` of the posterior lies, in dB: linear between the middles of the grid.
+    fn quantile_db(&self, share: f64) -> f64 {
+        let mut thresholds = self.rule.thresholds_db.clone();
+        thresholds.sort_unstable_by(f64::total_cmp);
+        thresholds.dedup();
+        let mut below = 0.0;
+        for (i, &here) in thresholds.iter().enumerate() {
+            let all = self.points.iter().zip(&self.posterior);
+            let of_here = all.filter(|(point, _)| point.threshold_db == here);
+            let p: f64 = of_here.map(|(_, p)| *p).sum();
+            if below + p >= share || i + 1 == thresholds.len() {
+                let middle = |other: Option<&f64>| other.map(|other| (here + other) / 2.0);
+                let [before, after] = [i.checked_sub(1), Some(i + 1)]
+                    .map(|at| middle(at.and_then(|at| thresholds.get(at))));
+                let from = before.or(after.map(|end| 2.0 * here - end)).unwrap_or(here);
+                let to = after.or(before.map(|end| 2.0 * here - end)).unwrap_or(here);
+                let within = ((share - below) / p.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+                return from + within * (to - from);
+            }
+            below += p;
+        }
+        f64::NAN
     }
 }
 
@@ -305,6 +334,38 @@ mod tests {
         assert!((at - (0.98 - 0.48 / std::f64::consts::E)).abs() < 1e-15);
         assert!((weibull(-400.0, -20.0, 3.5, 0.5, 0.02) - 0.5).abs() < 1e-12);
         assert!((weibull(60.0, -20.0, 3.5, 0.5, 0.02) - 0.98).abs() < 1e-12);
+    }
+
+    #[test]
+    fn quantiles_are_those_of_the_posterior() {
+        // Before any answer it is even, from half a step below the lowest threshold to half a step above the highest.
+        let mut run = QuestPlus::new(rule()).unwrap();
+        let [low, high] = run.estimate().threshold_interval_db;
+        assert!(
+            (low + 40.5 - 0.025 * 41.0).abs() < 1e-9 && (high - 0.5 + 0.025 * 41.0).abs() < 1e-9
+        );
+        // A wrong answer far up says little, right ones much: the posterior is skewed, and the interval is.
+        for (level, response) in [
+            (40, Response::Correct),
+            (20, Response::Correct),
+            (20, Response::Correct),
+            (14, Response::Wrong),
+        ] {
+            run.answer(level, response);
+        }
+        let found = run.estimate();
+        let [low, high] = found.threshold_interval_db;
+        let share = |below: f64| -> f64 {
+            let all = run.points.iter().zip(&run.posterior);
+            all.map(|(point, p)| p * (below - point.threshold_db + 0.5).clamp(0.0, 1.0))
+                .sum()
+        };
+        assert!((share(low) - 0.025).abs() < 1e-9 && (share(high) - 0.975).abs() < 1e-9);
+        let middle = (low + high) / 2.0;
+        assert!(
+            (middle - found.threshold_db).abs() > 0.2,
+            "{low} {high} {found:?}"
+        );
     }
 
     #[test]

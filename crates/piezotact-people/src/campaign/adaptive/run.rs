@@ -3,7 +3,6 @@
 use std::fmt;
 
 use piezotact::criterion::{Criterion, Limit, Outcome};
-use piezotact::statistics::Z_95;
 use serde::{Deserialize, Serialize};
 
 use super::{AdaptiveRuleError, QuestPlus, QuestRule, Response, Staircase, StaircaseRule};
@@ -79,7 +78,7 @@ impl fmt::Display for ThresholdCriterion {
         f.write_str(match self {
             Self::Answers => "answers",
             Self::Reversals => "reversals",
-            Self::Spread => "standard deviation of the threshold",
+            Self::Spread => "standard deviation of the posterior, or of the reversals",
             Self::AboveLowest => "threshold beside the lowest level",
             Self::BelowHighest => "threshold beside the highest level",
             Self::AtEnds => "probability of the lowest and the highest possible threshold",
@@ -205,14 +204,19 @@ impl AdaptiveRun {
         };
         let answers = f64::from(self.answers);
         let mut criteria = Vec::new();
-        let (level, posterior_sd, reversals_sd) = match &self.method {
+        let (level, posterior_sd, reversals_sd, interval) = match &self.method {
             Method::QuestPlus(run) => {
                 let found = run.estimate();
                 let wanted = Limit::at_least(f64::from(self.at_most));
                 criteria.push(exact(What::Answers, "", answers, wanted));
                 let limit = Limit::at_most(LARGEST_AT_ENDS_SHARE);
                 criteria.push(exact(What::AtEnds, "", found.at_ends_share, limit));
-                (Some(found.threshold_db), Some(found.threshold_sd_db), None)
+                (
+                    Some(found.threshold_db),
+                    Some(found.threshold_sd_db),
+                    None,
+                    Some(found.threshold_interval_db),
+                )
             }
             Method::Staircase { run, reversals } => {
                 let found = run.estimate();
@@ -226,6 +230,7 @@ impl AdaptiveRun {
                     found.map(|found| found.level),
                     None,
                     found.map(|found| found.reversals_sd),
+                    None,
                 )
             }
         };
@@ -246,20 +251,19 @@ impl AdaptiveRun {
         let spread = Limit::at_most(largest_sd_db);
         criteria.push(exact(What::Spread, "dB", sd_db, spread));
         // QUEST+ knows how probable other thresholds are; the reversals of a staircase only stand within its levels.
-        let reach = posterior_sd.map_or(0.0, |sd_db| Z_95 * sd_db);
-        let interval = Some([level_db - reach, level_db + reach]);
+        let reach = interval.or(Some([level_db; 2]));
         for (what, limit) in [
             (What::AboveLowest, Limit::at_least(*lowest)),
             (What::BelowHighest, Limit::at_most(*highest)),
         ] {
-            criteria.push(Criterion::new(what, "dB", level_db, interval, limit));
+            criteria.push(Criterion::new(what, "dB", level_db, reach, limit));
         }
         let is_decided = criteria.iter().all(|one| one.outcome == Outcome::Met);
         ThresholdEstimate {
             level,
             posterior_sd,
             reversals_sd,
-            interval: interval.filter(|_| is_decided && posterior_sd.is_some()),
+            interval: interval.filter(|_| is_decided),
             answers: self.answers,
             criteria,
         }

@@ -165,7 +165,8 @@ impl BandStated {
 }
 
 impl Stimulus {
-    /// Its texture, m/s², made of the textures `of` samples as they were touched, with all steps in its lineage.
+    /// Its texture, m/s², made of the textures `of` samples as they were touched, with all steps in its lineage. Levels are those that are
+    /// `measured` there: within the band that is rendered, as nothing else is played.
     ///
     /// Source: thesis 4.4.1 and figure 62 for levels; docs/decisions/rendering.md.
     ///
@@ -174,6 +175,7 @@ impl Stimulus {
     pub fn texture<'a>(
         &self,
         of: impl Fn(&str) -> Option<&'a Texture<Acceleration>>,
+        measured: Level,
     ) -> Result<Texture<Acceleration>, ManipulateError> {
         let of = |sample: &str| of(sample).ok_or(ManipulateError::NoOther);
         let mut texture = of(&self.of)?.clone();
@@ -201,14 +203,14 @@ impl Stimulus {
             texture = texture.then(done);
         }
         if let Some(rms_db) = self.rms_db {
-            let own = Decibels::from_amplitude_ratio(level(&texture.series, Level::Whole)?);
+            let own = Decibels::from_amplitude_ratio(level(&texture.series, measured)?);
             let done = gain(&texture.series, Decibels(rms_db - own.0))?;
             return Ok(texture.then(done));
         }
         // What was done to its spectrum may have changed its level too.
-        let changed = !self.keeps_waveform() && self.gain_db.is_some();
+        let changed = !self.keeps_waveform() && self.states_level();
         if changed || self.level_of.is_some() {
-            let done = rms_of(&texture.series, of(self.level_of())?, Level::Whole)?;
+            let done = rms_of(&texture.series, of(self.level_of())?, measured)?;
             texture = texture.then(done);
         }
         if let Some(gain_db) = self.gain_db {
@@ -333,7 +335,7 @@ mod tests {
             let rate = SampleRate::new(4000.0).unwrap();
             let stroke = Texture::of("S8", Series::new(samples.collect(), rate).unwrap());
             let texture = made
-                .texture(|name| (name == "S8").then_some(&stroke))
+                .texture(|name| (name == "S8").then_some(&stroke), Level::Whole)
                 .unwrap();
             let rms = texture.series.rms_about_mean().value;
             assert!((rms - 10_f64.powf(-1.5)).abs() < 1e-12, "{rms}");

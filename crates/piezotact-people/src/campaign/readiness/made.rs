@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use piezotact::lineage::{BandChange, Lineage, Operation, Step};
-use piezotact::quantity::{Acceleration, Decibels};
+use piezotact::lineage::{BandChange, Level, Lineage, Operation, Step};
+use piezotact::manipulate::level;
+use piezotact::quantity::{Acceleration, Band, Decibels};
 use piezotact::series::Series;
 
 use super::super::chain::Sha;
@@ -17,6 +18,23 @@ const SAME_LEVEL_DB: f64 = 0.01;
 const MEASURED_LEVEL_DB: f64 = 1.0;
 /// The same stroke at another level differs by rounding alone: the largest share of its rms.
 const SAME_WAVEFORM_SHARE: f64 = 1e-3;
+
+impl RenderingFacts {
+    /// The band that is rendered; `None` where its lineage does not state it.
+    pub(super) fn band(&self) -> Option<Band> {
+        let mut steps = self.lineage.as_ref()?.steps.iter().rev();
+        steps.find_map(|step| match step.operation {
+            Operation::Rendered { band_hz, .. } => Some(band_hz),
+            _ => None,
+        })
+    }
+
+    /// The rms of its target in the band that is rendered, m/s²: what can be played of it.
+    pub(super) fn rms_m_s2(&self) -> f64 {
+        let within = self.band().map_or(Level::Whole, Level::Within);
+        level(&self.texture, within).unwrap_or(0.0)
+    }
+}
 
 /// A difference: what the protocol states, what was found, and where.
 type Difference = (String, String, String);
@@ -190,7 +208,7 @@ impl Compared<'_> {
     fn level(&self) -> Option<Difference> {
         let (made, facts) = (self.made, self.facts);
         if let Some(rms_db) = made.rms_db {
-            let found = Decibels::from_amplitude_ratio(facts.texture.rms_about_mean().value);
+            let found = Decibels::from_amplitude_ratio(facts.rms_m_s2());
             let found_db = found.0 + facts.level_db;
             return ((found_db - rms_db).abs() > SAME_LEVEL_DB).then(|| {
                 (
@@ -286,25 +304,36 @@ impl Compared<'_> {
         })
     }
 
+    /// By how much the level of the samples of the target differs from the stated one, dB, in the band that is rendered; `None` where
+    /// none is stated, or it is stated in m/s².
+    fn level_off_db(&self, plain: &RenderingFacts) -> Option<f64> {
+        let is_stated = self.made.rms_db.is_none() && self.made.states_level();
+        let ratio = self.facts.rms_m_s2() / plain.rms_m_s2();
+        is_stated.then(|| Decibels::from_amplitude_ratio(ratio).0 - self.made.gain_db())
+    }
+
     /// The level of the samples of the target.
     fn level_of_samples(&self) -> Option<Difference> {
-        let made = self.made;
-        let plain = self.plain(made.level_of())?;
-        if made.rms_db.is_some() || !made.states_level() {
-            return None;
-        }
-        // What was cut once more, or joined with itself, has nearly the level that its lineage states.
-        let within_db = match self.is_cut_again() {
+        let plain = self.plain(self.made.level_of())?;
+        let off_db = self.level_off_db(plain)?;
+        // What was cut once more, or joined with itself, has nearly the level that its lineage states, and what has the level of another
+        // texture over all frequencies nearly that level in the band that is rendered.
+        let steps = self.facts.lineage.iter().flat_map(|one| &one.steps);
+        let elsewhere = |step: &Step| matches!(&step.operation, Operation::RmsOf { measured, .. } if self.facts.band().map(Level::Within) != Some(*measured));
+        let is_nearly = self.is_cut_again() || steps.into_iter().any(elsewhere);
+        let within_db = match is_nearly {
             true => MEASURED_LEVEL_DB,
             false => SAME_LEVEL_DB,
         };
-        let [own, other] = [&self.facts.texture, &plain.texture].map(|x| x.rms_about_mean().value);
-        let found_db = Decibels::from_amplitude_ratio(own / other).0;
         // Nothing is known of the level of a silent texture.
-        ((found_db - made.gain_db()).abs() > within_db).then(|| {
+        (off_db.abs() > within_db).then(|| {
             (
                 self.stated_level(),
-                format!("{found_db:+.3} dB re {}", plain.target_file),
+                format!(
+                    "{:+.3} dB re {}",
+                    off_db + self.made.gain_db(),
+                    plain.target_file
+                ),
                 format!("the samples of {}", self.facts.target_file),
             )
         })
@@ -331,15 +360,8 @@ impl Compared<'_> {
 
     /// All drives are rendered in one band.
     fn band(&self) -> Option<Difference> {
-        let band_of = |other: &RenderingFacts| {
-            let mut steps = other.lineage.as_ref()?.steps.iter().rev();
-            steps.find_map(|step| match step.operation {
-                Operation::Rendered { band_hz, .. } => Some(band_hz),
-                _ => None,
-            })
-        };
-        let (own, (usual, like)) =
-            band_of(self.facts).zip(self.commonest(band_of, PartialEq::eq))?;
+        let common = self.commonest(RenderingFacts::band, PartialEq::eq);
+        let (own, (usual, like)) = self.facts.band().zip(common)?;
         (usual != own).then(|| {
             (
                 format!("a drive over {usual} as {}", like.file),
@@ -370,11 +392,14 @@ impl Compared<'_> {
 
     /// The level that was to be reached, as it was measured on the bench.
     fn measured_level(&self) -> Option<Difference> {
-        let of_plain_db = match self.made.rms_db {
-            Some(_) => 0.0,
-            None => self.plain(self.made.level_of())?.level_error_db?,
+        let (of_plain_db, off_db) = match self.made.rms_db {
+            Some(_) => (0.0, None),
+            None => {
+                let plain = self.plain(self.made.level_of())?;
+                (plain.level_error_db?, self.level_off_db(plain))
+            }
         };
-        let found_db = self.facts.level_error_db? - of_plain_db;
+        let found_db = self.facts.level_error_db? - of_plain_db + off_db.unwrap_or(0.0);
         (found_db.abs() > MEASURED_LEVEL_DB).then(|| {
             (
                 match self.made.states_level() {

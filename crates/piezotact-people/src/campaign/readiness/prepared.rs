@@ -98,9 +98,8 @@ pub fn prepared_stimuli(
         }) {
             reasons = vec![refused.sentence.clone()];
         }
-        let target_m_s2 = |facts: &RenderingFacts| {
-            facts.texture.rms_about_mean().value * Decibels(facts.level_db).amplitude_ratio()
-        };
+        let target_m_s2 =
+            |facts: &RenderingFacts| facts.rms_m_s2() * Decibels(facts.level_db).amplitude_ratio();
         let measured_m_s2 = |facts: &RenderingFacts| {
             Some(target_m_s2(facts) * Decibels(facts.level_error_db?).amplitude_ratio())
         };

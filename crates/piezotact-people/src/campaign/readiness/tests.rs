@@ -1,3 +1,4 @@
+use piezotact::lineage::Level;
 use piezotact::manipulate::Texture;
 use piezotact::quantity::{Degrees, Newtons, SampleRate};
 use piezotact::statistics::random::Random;
@@ -34,8 +35,9 @@ fn stroke(sample: &str) -> Texture<Acceleration> {
 fn texture_of(stimulus: &Stimulus) -> Texture<Acceleration> {
     let strokes: Vec<_> = stimulus.samples().map(|s| (s, stroke(s))).collect();
     let of = |sample: &str| strokes.iter().find(|(name, _)| *name == sample);
+    let within = Level::Within("20..1000".parse().unwrap());
     stimulus
-        .texture(|sample| of(sample).map(|(_, stroke)| stroke))
+        .texture(|sample| of(sample).map(|(_, stroke)| stroke), within)
         .unwrap()
 }
 

@@ -263,8 +263,13 @@ fn twenty_ways_of_confusing_stimuli_are_refused_with_the_difference_named() {
                     level_of: Some("S13".to_owned()),
                     ..of("S6")
                 };
-                let own = facts.lineage.clone();
+                let (own, level) = (facts.lineage.clone(), facts.texture.rms_about_mean());
                 with_texture(facts, &texture_of(&other));
+                let ratio = level.value / facts.texture.rms_about_mean().value;
+                facts.texture = facts
+                    .texture
+                    .clone()
+                    .amplified(Decibels::from_amplitude_ratio(ratio));
                 (facts.lineage, facts.target_lineage) = (own.clone(), own);
             },
             "expected the stroke in targets/S2.wav, found another one by the samples of targets/S2 INVERTED.wav",
@@ -314,7 +319,7 @@ fn twenty_ways_of_confusing_stimuli_are_refused_with_the_difference_named() {
         (
             "the level of another recording of that sample, and cut once more",
             |d| cut_again(d, &louder("S13", 1.7)),
-            "expected the level of S13, found +4.609 dB re targets/S13.wav by the samples of targets/S2 INVERTED.wav",
+            "expected the level of S13, found +4.690 dB re targets/S13.wav by the samples of targets/S2 INVERTED.wav",
         ),
         (
             "the level of that sample with a gain, and cut once more",
@@ -639,5 +644,37 @@ fn a_stated_level_is_compared_with_that_of_the_samples() {
     assert!(
         measured.len() == 1 && measured[0].contains("+1.50 dB from it"),
         "{measured:?}"
+    );
+}
+
+/// Nothing below the band is played: the level of another sample is that in the band. Over all frequencies it may be many dB off.
+#[test]
+fn a_level_is_that_in_the_band_that_is_rendered() {
+    let said = |hum: f64, measured: Level| {
+        let change = |drives: &mut [RenderingFacts]| {
+            let touched = stroke("S13");
+            let hummed = touched.series.samples().iter().enumerate();
+            let hummed = hummed
+                .map(|(i, x)| x + hum * (std::f64::consts::TAU * 8.0 * i as f64 / 4000.0).sin());
+            let series = Series::new(hummed.collect(), touched.series.rate()).unwrap();
+            let other = Texture::of("S13.parquet", series);
+            with_texture(named(drives, "S13"), &other);
+            let own = stroke("S2");
+            let done = piezotact::manipulate::rms_of(&own.series, &other, measured).unwrap();
+            with_texture(named(drives, INVERTED), &own.then(done));
+        };
+        let said = said_of(
+            &from_library("amplitude_inversion").unwrap().unwrap(),
+            &change,
+        );
+        said.into_iter().find(|line| line.starts_with(INVERTED))
+    };
+    let within = Level::Within("20..1000".parse().unwrap());
+    assert_eq!(said(0.2, within), None);
+    assert_eq!(said(0.01, Level::Whole), None);
+    let refused = said(0.2, Level::Whole).unwrap();
+    assert!(
+        refused.contains("expected the level of S13, found +"),
+        "{refused}"
     );
 }
