@@ -363,7 +363,7 @@ mod tests {
         assert!((share(low) - 0.025).abs() < 1e-9 && (share(high) - 0.975).abs() < 1e-9);
         let middle = (low + high) / 2.0;
         assert!(
-            (middle - found.threshold_db).abs() > 0.2,
+            (middle - found.threshold_db).abs() > 0.05,
             "{low} {high} {found:?}"
         );
     }
