@@ -170,3 +170,20 @@ pub enum DesignError {
     )]
     UnknownTask { task: String },
 }
+
+/// Refuses a number that does not fit what is expected.
+pub(super) fn must(
+    fits: bool,
+    what: &'static str,
+    found: f64,
+    expected: &'static str,
+) -> Result<(), DesignError> {
+    match fits {
+        true => Ok(()),
+        false => Err(DesignError::OutOfRange {
+            what,
+            found,
+            expected,
+        }),
+    }
+}

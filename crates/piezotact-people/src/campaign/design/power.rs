@@ -4,7 +4,7 @@ use piezotact::statistics::random::Random;
 use piezotact::statistics::{mean, sign_flip_test};
 use serde::{Deserialize, Serialize};
 
-use super::error::DesignError;
+use super::error::{DesignError, must};
 use crate::difference::{Difference, LEVEL_SHARE, between_people};
 
 /// Divisions drawn for each simulated campaign where they are too many to try all: (k + 1)/400 can be 5 %.
@@ -48,56 +48,29 @@ pub struct FoundShare {
 
 impl PowerPlan {
     fn check(&self) -> Result<(), DesignError> {
-        let bad = |what, found, expected| {
-            Err(DesignError::OutOfRange {
-                what,
-                found,
-                expected,
-            })
-        };
-        for share in self.shares {
-            if !(share > 0.0 && share < 1.0) {
-                return bad(
-                    "a share of the stated difference",
-                    share,
-                    "above 0 and below 1",
-                );
-            }
+        let [a, b] = self.shares;
+        for share in [a, b] {
+            let fits = share > 0.0 && share < 1.0;
+            let what = "a share of the stated difference";
+            must(fits, what, share, "above 0 and below 1")?;
         }
-        if matches!(self.difference, Difference::Samples(_))
-            && self.shares[0] + self.shares[1] > 1.0
-        {
-            return bad(
-                "the sum of right answers and of those that name the other sample",
-                self.shares[0] + self.shares[1],
-                "at most 1",
-            );
+        let fits = !matches!(self.difference, Difference::Samples(_)) || a + b <= 1.0;
+        let what = "the sum of right answers and of those that name the other sample";
+        must(fits, what, a + b, "at most 1")?;
+        let people = self.participants;
+        let fits = (1..=MOST_PARTICIPANTS).contains(&people);
+        let expected = "1 to 200 for its power";
+        must(fits, "the number of participants", people as f64, expected)?;
+        for found in self.presentations.iter().flatten() {
+            let (fits, what) = (*found <= MOST_PRESENTATIONS, "the number of presentations");
+            must(fits, what, *found as f64, "at most 1000 for its power")?;
         }
-        if !(1..=MOST_PARTICIPANTS).contains(&self.participants) {
-            let found = self.participants as f64;
-            return bad(
-                "the number of participants",
-                found,
-                "1 to 200 for its power",
-            );
-        }
-        let counts = self.presentations.iter().flatten();
-        if let Some(found) = counts.copied().find(|n| *n > MOST_PRESENTATIONS) {
-            let found = found as f64;
-            return bad(
-                "the number of presentations",
-                found,
-                "at most 1000 for its power",
-            );
-        }
-        if !self.presentations.iter().any(|[n, m]| *n > 0 && *m > 0) {
-            return bad("the number of presentations of both", 0.0, "at least 1");
-        }
-        if !(0.0..=10.0).contains(&self.logit_sd) {
-            let found = self.logit_sd;
-            return bad("the spread of participants in logits", found, "0 to 10");
-        }
-        Ok(())
+        let fits = self.presentations.iter().any(|[n, m]| *n > 0 && *m > 0);
+        let what = "the number of presentations of both";
+        must(fits, what, 0.0, "at least 1")?;
+        let fits = (0.0..=10.0).contains(&self.logit_sd);
+        let what = "the spread of participants in logits";
+        must(fits, what, self.logit_sd, "0 to 10")
     }
 
     /// What a participant is presented with.

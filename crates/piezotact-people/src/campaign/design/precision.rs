@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, Normal};
 use statrs::function::gamma::ln_gamma;
 
-use super::error::DesignError;
+use super::error::{DesignError, must};
 use crate::campaign::random::Stream;
 use crate::interval::{clopper_pearson, clustered_interval};
 
@@ -182,57 +182,28 @@ fn intervals(counts: &[usize], presentations: usize) -> [[f64; 2]; 2] {
 }
 
 fn check(plan: &CellPlan, studies: usize) -> Result<(), DesignError> {
-    let bad = |what, found, expected| {
-        Err(DesignError::OutOfRange {
-            what,
-            found,
-            expected,
-        })
-    };
-    if !(1..=MOST_PARTICIPANTS).contains(&plan.participants) {
-        return bad(
-            "the number of participants",
-            plan.participants as f64,
-            "1 to 10 000",
-        );
-    }
-    if !(1..=1000).contains(&plan.presentations) {
-        return bad(
-            "the number of presentations to each participant",
-            plan.presentations as f64,
-            "1 to 1000",
-        );
-    }
-    let presented = plan.participants.saturating_mul(plan.presentations);
-    if presented > MOST_PRESENTED {
-        return bad(
-            "the number of presentations to all participants together",
-            presented as f64,
-            "at most 100 000",
-        );
-    }
-    if !(plan.share > 0.0 && plan.share < 1.0) {
-        return bad(
-            "the expected share of a cell",
-            plan.share,
-            "above 0 and below 1",
-        );
-    }
-    if !(plan.logit_sd >= 0.0 && plan.logit_sd <= 10.0) {
-        return bad(
-            "the spread of participants in logits",
-            plan.logit_sd,
-            "0 to 10",
-        );
-    }
-    if studies < FEWEST_STUDIES {
-        return bad(
-            "the number of simulated studies",
-            studies as f64,
-            "at least 100",
-        );
-    }
-    Ok(())
+    let (people, each) = (plan.participants, plan.presentations);
+    let fits = (1..=MOST_PARTICIPANTS).contains(&people);
+    must(
+        fits,
+        "the number of participants",
+        people as f64,
+        "1 to 10 000",
+    )?;
+    let what = "the number of presentations to each participant";
+    must((1..=1000).contains(&each), what, each as f64, "1 to 1000")?;
+    let presented = people.saturating_mul(each);
+    let what = "the number of presentations to all participants together";
+    let fits = presented <= MOST_PRESENTED;
+    must(fits, what, presented as f64, "at most 100 000")?;
+    let fits = plan.share > 0.0 && plan.share < 1.0;
+    let what = "the expected share of a cell";
+    must(fits, what, plan.share, "above 0 and below 1")?;
+    let fits = (0.0..=10.0).contains(&plan.logit_sd);
+    let what = "the spread of participants in logits";
+    must(fits, what, plan.logit_sd, "0 to 10")?;
+    let (fits, what) = (studies >= FEWEST_STUDIES, "the number of simulated studies");
+    must(fits, what, studies as f64, "at least 100")
 }
 
 /// The half-width of the 95 % interval of a mean rating over `participants` people, Student's t, as a share of a scale of `range`
@@ -257,13 +228,7 @@ pub(super) fn rating_half_width(
         logit_sd,
     };
     check(&plan, FEWEST_STUDIES)?;
-    if range == 0 {
-        return Err(DesignError::OutOfRange {
-            what: "the steps of a scale",
-            found: 0.0,
-            expected: "1 or more",
-        });
-    }
+    must(range > 0, "the steps of a scale", 0.0, "1 or more")?;
     let Some(quantile) = t_quantile(participants - 1) else {
         return Ok(0.5);
     };
