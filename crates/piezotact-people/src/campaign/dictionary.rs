@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 use piezotact::document::Content;
 use serde::{Deserialize, Serialize};
 
-use super::protocol::{Block, Labels, OrderKey, Over, Protocol, Question, Task, TaskKind, When};
+use super::protocol::{Block, Labels, OrderKey, Protocol, Question, Task, TaskKind, When};
 
 /// The columns of a table of answers, in their order.
 pub const ANSWER_COLUMNS: [&str; 14] = [
@@ -224,9 +224,8 @@ impl<'a> Described<'a> {
     }
 
     fn set(&self) -> Option<ColumnMeaning> {
-        let names: BTreeSet<&str> = (self.blocks.iter())
-            .flat_map(|(.., block)| self.sets_of(block))
-            .collect();
+        let groups = (self.blocks.iter()).flat_map(|(.., block)| self.protocol.groups(&block.over));
+        let names: BTreeSet<&str> = groups.flatten().filter_map(|group| group.set).collect();
         let sets = names.iter().filter_map(|name| self.protocol.set(name));
         let levels: BTreeMap<String, String> = sets
             .map(|set| (set.name.clone(), set.samples.join(", ")))
@@ -235,17 +234,6 @@ impl<'a> Described<'a> {
             levels,
             ..column("answers", "set")
         })
-    }
-
-    fn sets_of(&self, block: &'a Block) -> Vec<&'a str> {
-        match &block.over {
-            Over::EverySet => {
-                let sets = self.protocol.sets.iter();
-                sets.map(|set| set.name.as_str()).collect()
-            }
-            Over::SharesOfSets(shares) => shares.iter().flatten().map(String::as_str).collect(),
-            Over::AllSamples | Over::Samples(_) => Vec::new(),
-        }
     }
 
     fn position(&self) -> Option<ColumnMeaning> {

@@ -366,10 +366,16 @@ pub fn shares(
     if sets.is_empty() {
         return Err(DesignError::NoSets);
     }
-    let fits = (1..=sets.len()).contains(&participants);
-    let what = "the number of persons who share the sets";
-    let expected = "1 up to the number of sets";
-    must(fits, what, participants as f64, expected)?;
+    let (what, found) = (
+        "the number of persons who share the sets",
+        participants as f64,
+    );
+    must(
+        what,
+        found,
+        1.0..=sets.len() as f64,
+        "1 up to the number of sets",
+    )?;
     let mut owner: Vec<usize> = (0..sets.len())
         .map(|i| i * participants / sets.len())
         .collect();

@@ -1,5 +1,7 @@
 //! What a design can be refused for.
 
+use std::ops::{Bound, RangeBounds};
+
 use thiserror::Error;
 
 /// Why a design cannot be checked, built or drawn: what was found, what was expected, and what to do.
@@ -171,14 +173,14 @@ pub enum DesignError {
     UnknownTask { task: String },
 }
 
-/// Refuses a number that does not fit what is expected.
+/// Refuses a number out of its range; one that is none is in no range.
 pub(super) fn must(
-    fits: bool,
     what: &'static str,
     found: f64,
+    within: impl RangeBounds<f64>,
     expected: &'static str,
 ) -> Result<(), DesignError> {
-    match fits {
+    match within.contains(&found) {
         true => Ok(()),
         false => Err(DesignError::OutOfRange {
             what,
@@ -186,4 +188,9 @@ pub(super) fn must(
             expected,
         }),
     }
+}
+
+/// Above 0 and below `end`.
+pub(super) fn above_0_below(end: f64) -> (Bound<f64>, Bound<f64>) {
+    (Bound::Excluded(0.0), Bound::Excluded(end))
 }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::error::{DesignError, must};
+use super::error::DesignError;
 
 /// The position that each of `treatments` treatments has in every one of `orders`, from 0; `None` where it changes.
 ///
@@ -111,12 +111,13 @@ pub fn crossing(levels: &[usize], participants: usize) -> Result<Crossing, Desig
         .iter()
         .try_fold(1_usize, |cells, n| cells.checked_mul(*n));
     let cells = cells.filter(|n| *n > 0 && *n <= 1_000_000);
-    let (what, expected) = (
-        "the number of cells or participants",
-        "1 to 1 000 000 cells and at least one participant",
-    );
-    must(cells.is_some() && participants > 0, what, 0.0, expected)?;
-    let cells = cells.unwrap_or(1);
+    let (Some(cells), true) = (cells, participants > 0) else {
+        return Err(DesignError::OutOfRange {
+            what: "the number of cells or participants",
+            found: 0.0,
+            expected: "1 to 1 000 000 cells and at least one participant",
+        });
+    };
     Ok(Crossing {
         cells,
         participants,

@@ -4,7 +4,7 @@ use piezotact::statistics::random::Random;
 use piezotact::statistics::{mean, sign_flip_test};
 use serde::{Deserialize, Serialize};
 
-use super::error::{DesignError, must};
+use super::error::{DesignError, above_0_below, must};
 use crate::difference::{Difference, LEVEL_SHARE, between_people};
 
 /// Divisions drawn for each simulated campaign where they are too many to try all: (k + 1)/400 can be 5 %.
@@ -50,27 +50,25 @@ impl PowerPlan {
     fn check(&self) -> Result<(), DesignError> {
         let [a, b] = self.shares;
         for share in [a, b] {
-            let fits = share > 0.0 && share < 1.0;
             let what = "a share of the stated difference";
-            must(fits, what, share, "above 0 and below 1")?;
+            must(what, share, above_0_below(1.0), "above 0 and below 1")?;
         }
-        let fits = !matches!(self.difference, Difference::Samples(_)) || a + b <= 1.0;
-        let what = "the sum of right answers and of those that name the other sample";
-        must(fits, what, a + b, "at most 1")?;
-        let people = self.participants;
-        let fits = (1..=MOST_PARTICIPANTS).contains(&people);
-        let expected = "1 to 200 for its power";
-        must(fits, "the number of participants", people as f64, expected)?;
+        if matches!(self.difference, Difference::Samples(_)) {
+            let what = "the sum of right answers and of those that name the other sample";
+            must(what, a + b, ..=1.0, "at most 1")?;
+        }
+        let (what, people) = ("the number of participants", self.participants as f64);
+        let range = 1.0..=MOST_PARTICIPANTS as f64;
+        must(what, people, range, "1 to 200 for its power")?;
         for found in self.presentations.iter().flatten() {
-            let (fits, what) = (*found <= MOST_PRESENTATIONS, "the number of presentations");
-            must(fits, what, *found as f64, "at most 1000 for its power")?;
+            let (what, range) = ("the number of presentations", ..=MOST_PRESENTATIONS as f64);
+            must(what, *found as f64, range, "at most 1000 for its power")?;
         }
-        let fits = self.presentations.iter().any(|[n, m]| *n > 0 && *m > 0);
+        let both = self.presentations.iter().filter(|[n, m]| *n > 0 && *m > 0);
         let what = "the number of presentations of both";
-        must(fits, what, 0.0, "at least 1")?;
-        let fits = (0.0..=10.0).contains(&self.logit_sd);
+        must(what, both.count() as f64, 1.0.., "at least 1")?;
         let what = "the spread of participants in logits";
-        must(fits, what, self.logit_sd, "0 to 10")
+        must(what, self.logit_sd, 0.0..=10.0, "0 to 10")
     }
 
     /// What a participant is presented with.

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, Normal};
 use statrs::function::gamma::ln_gamma;
 
-use super::error::{DesignError, must};
+use super::error::{DesignError, above_0_below, must};
 use crate::campaign::random::Stream;
 use crate::interval::{clopper_pearson, clustered_interval};
 
@@ -182,28 +182,24 @@ fn intervals(counts: &[usize], presentations: usize) -> [[f64; 2]; 2] {
 }
 
 fn check(plan: &CellPlan, studies: usize) -> Result<(), DesignError> {
-    let (people, each) = (plan.participants, plan.presentations);
-    let fits = (1..=MOST_PARTICIPANTS).contains(&people);
-    must(
-        fits,
-        "the number of participants",
-        people as f64,
-        "1 to 10 000",
-    )?;
+    let (what, people) = ("the number of participants", plan.participants as f64);
+    must(what, people, 1.0..=MOST_PARTICIPANTS as f64, "1 to 10 000")?;
     let what = "the number of presentations to each participant";
-    must((1..=1000).contains(&each), what, each as f64, "1 to 1000")?;
-    let presented = people.saturating_mul(each);
+    must(what, plan.presentations as f64, 1.0..=1000.0, "1 to 1000")?;
+    let presented = plan.participants.saturating_mul(plan.presentations) as f64;
     let what = "the number of presentations to all participants together";
-    let fits = presented <= MOST_PRESENTED;
-    must(fits, what, presented as f64, "at most 100 000")?;
-    let fits = plan.share > 0.0 && plan.share < 1.0;
-    let what = "the expected share of a cell";
-    must(fits, what, plan.share, "above 0 and below 1")?;
-    let fits = (0.0..=10.0).contains(&plan.logit_sd);
+    must(what, presented, ..=MOST_PRESENTED as f64, "at most 100 000")?;
+    let (what, range) = ("the expected share of a cell", above_0_below(1.0));
+    must(what, plan.share, range, "above 0 and below 1")?;
     let what = "the spread of participants in logits";
-    must(fits, what, plan.logit_sd, "0 to 10")?;
-    let (fits, what) = (studies >= FEWEST_STUDIES, "the number of simulated studies");
-    must(fits, what, studies as f64, "at least 100")
+    must(what, plan.logit_sd, 0.0..=10.0, "0 to 10")?;
+    let what = "the number of simulated studies";
+    must(
+        what,
+        studies as f64,
+        FEWEST_STUDIES as f64..,
+        "at least 100",
+    )
 }
 
 /// The half-width of the 95 % interval of a mean rating over `participants` people, Student's t, as a share of a scale of `range`
@@ -228,7 +224,7 @@ pub(super) fn rating_half_width(
         logit_sd,
     };
     check(&plan, FEWEST_STUDIES)?;
-    must(range > 0, "the steps of a scale", 0.0, "1 or more")?;
+    must("the steps of a scale", range as f64, 1.0.., "1 or more")?;
     let Some(quantile) = t_quantile(participants - 1) else {
         return Ok(0.5);
     };

@@ -4,6 +4,7 @@ mod compare;
 mod limits;
 
 use std::collections::BTreeSet;
+use std::ops::{Bound, RangeBounds};
 
 use super::reference::misfit;
 use super::{Block, FORM, Labels, Method, Over, Protocol, Sequence, Task, TaskKind};
@@ -247,7 +248,7 @@ fn stimuli(protocol: &Protocol) -> Result<(), ProtocolError> {
         ] {
             if let Some(found) = found {
                 let place = format!("{place}: {what}");
-                must(within.contains(&found), &place, expected, found)?;
+                must(&place, found, within, expected)?;
             }
         }
     }
@@ -279,11 +280,13 @@ fn task(protocol: &Protocol, task: &Task) -> Result<(), ProtocolError> {
     let place = format!("task {}", task.name);
     let of = |what: &str| format!("{place}: {what}");
     let found = task.seconds_per_trial;
-    let (fits, expected) = (
-        found > 0.0 && found <= 7200.0,
+    let range = (Bound::Excluded(0.0), Bound::Included(7200.0));
+    must(
+        &of("seconds_per_trial"),
+        found,
+        range,
         "more than 0 and at most 7200",
-    );
-    must(fits, &of("seconds_per_trial"), expected, found)?;
+    )?;
     let renders = matches!(
         task.kind,
         TaskKind::Associate { .. } | TaskKind::Compare { .. }
@@ -324,8 +327,7 @@ fn task(protocol: &Protocol, task: &Task) -> Result<(), ProtocolError> {
             next_after_s,
         } => {
             if let Some(pause_s) = next_after_s {
-                let fits = (0.5..=60.0).contains(pause_s);
-                must(fits, &of("next_after_s"), "0.5 to 60", pause_s)?;
+                must(&of("next_after_s"), *pause_s, 0.5..=60.0, "0.5 to 60")?;
             }
             compare::method(protocol, &place, *question, method)
         }
@@ -334,11 +336,13 @@ fn task(protocol: &Protocol, task: &Task) -> Result<(), ProtocolError> {
             at_most,
         } => {
             distinct(&place, "descriptor", descriptors)?;
-            let fits = (1..=descriptors.len()).contains(&(*at_most as usize));
-            let expected = "1 to the number of descriptors";
-            must(fits, &of("at_most"), expected, at_most)
+            let (range, expected) = (1..=descriptors.len(), "1 to the number of descriptors");
+            must(&of("at_most"), *at_most as usize, range, expected)
         }
-        TaskKind::Rate { from, to, .. } => must(from < to, &of("to"), "more than `from`", to),
+        TaskKind::Rate { from, to, .. } => {
+            let above = (Bound::Excluded(*from), Bound::Unbounded);
+            must(&of("to"), *to, above, "more than `from`")
+        }
     }
 }
 
@@ -352,8 +356,7 @@ fn check_sequence(
         Sequence::Drawn { lengths } => {
             let place = format!("{place}: lengths");
             at_least_one(&place, lengths.len())?;
-            let fits =
-                |length: &usize| must((1..=100).contains(length), &place, "1 to 100", length);
+            let fits = |length: &usize| must(&place, *length, 1..=100, "1 to 100");
             lengths.iter().try_for_each(fits)
         }
         Sequence::Fixed { tests } => {
@@ -498,32 +501,28 @@ fn all_named<'a>(
 }
 
 fn at_least_one(place: &str, found: usize) -> Result<(), ProtocolError> {
-    must(found > 0, place, "at least 1", found)
+    must(place, found, 1.., "at least 1")
 }
 
 /// How often something is done, which no session does more often.
 fn count(place: &str, found: u32) -> Result<(), ProtocolError> {
-    must((1..=1000).contains(&found), place, "1 to 1000", found)
+    must(place, found, 1..=1000, "1 to 1000")
 }
 
 /// A number that has to be positive and finite.
 fn positive(place: &str, found: f64) -> Result<(), ProtocolError> {
-    must(
-        found > 0.0 && found.is_finite(),
-        place,
-        "more than 0",
-        found,
-    )
+    let range = (Bound::Excluded(0.0), Bound::Excluded(f64::INFINITY));
+    must(place, found, range, "more than 0")
 }
 
-/// A number that has to fit what is expected. A comparison with a number that is none is never true.
-fn must(
-    fits: bool,
+/// A number that has to be in its range; one that is none is in no range.
+fn must<T: PartialOrd + ToString>(
     place: &str,
+    found: T,
+    within: impl RangeBounds<T>,
     expected: &'static str,
-    found: impl ToString,
 ) -> Result<(), ProtocolError> {
-    match fits {
+    match within.contains(&found) {
         true => Ok(()),
         false => Err(ProtocolError::Number {
             place: place.to_owned(),

@@ -1,45 +1,40 @@
 //! The ranges of a campaign's numbers.
 
 use super::super::description::CampaignDescription;
-use super::super::error::{DesignError, must};
+use super::super::error::{DesignError, above_0_below, must};
 
 pub(super) fn check_numbers(campaign: &CampaignDescription) -> Result<(), DesignError> {
     let aims = &campaign.aims;
-    let share = |what, found: f64, below: f64, expected| {
-        must(found > 0.0 && found < below, what, found, expected)
-    };
-    share(
+    let (power, half_width) = (aims.power_share, aims.half_width_share);
+    must(
         "the wanted power",
-        aims.power_share,
-        1.0,
+        power,
+        above_0_below(1.0),
         "above 0 and below 1",
     )?;
-    let half_width = aims.half_width_share;
-    share(
-        "the wanted half-width",
-        half_width,
-        0.5,
-        "above 0 and below 0.5",
-    )?;
+    let (what, range) = ("the wanted half-width", above_0_below(0.5));
+    must(what, half_width, range, "above 0 and below 0.5")?;
     for task in &campaign.tasks {
-        let found = task.seconds_per_trial;
-        let fits = found >= 0.0 && found.is_finite();
-        must(fits, "the time of a trial in seconds", found, "0 or more")?;
-        let fits = (1..=1000).contains(&task.repeats);
+        let (what, range) = ("the time of a trial in seconds", 0.0..f64::INFINITY);
+        must(what, task.seconds_per_trial, range, "0 or more")?;
         let what = "the number of repeats of a task";
-        must(fits, what, task.repeats as f64, "1 to 1000")?;
+        must(what, task.repeats as f64, 1.0..=1000.0, "1 to 1000")?;
     }
-    let shared = campaign.sets_shared_over;
-    let fits = (1..=campaign.sets.len().max(1)).contains(&shared);
     let what = "the number of participants who share the sets";
-    must(fits, what, shared as f64, "1 up to the number of sets")?;
+    let (shared, most) = (
+        campaign.sets_shared_over as f64,
+        campaign.sets.len().max(1) as f64,
+    );
+    must(what, shared, 1.0..=most, "1 up to the number of sets")?;
     for comparison in &campaign.comparisons {
-        let found = comparison.smallest_effect_ratio;
-        let fits = found > 0.0 && found.is_finite();
-        must(fits, "the smallest effect", found, "above 0")?;
+        let (found, range) = (
+            comparison.smallest_effect_ratio,
+            above_0_below(f64::INFINITY),
+        );
+        must("the smallest effect", found, range, "above 0")?;
     }
-    let is_one = campaign.participants > 0;
-    must(is_one, "the number of participants", 0.0, "1 or more")
+    let (what, people) = ("the number of participants", campaign.participants as f64);
+    must(what, people, 1.0.., "1 or more")
 }
 
 /// The most answers of one participant to one task: the distribution of those that are right by chance takes the square of it.
@@ -78,18 +73,19 @@ fn at_most(what: &'static str, found: usize, most: usize) -> Result<(), DesignEr
 }
 
 pub(super) fn check_order(samples: usize) -> Result<(), DesignError> {
-    let (fits, what) = (
-        (2..=100).contains(&samples),
-        "the number of samples to order",
-    );
-    must(fits, what, samples as f64, "2 to 100")
+    let what = "the number of samples to order";
+    must(what, samples as f64, 2.0..=100.0, "2 to 100")
 }
 
 pub(super) fn check_trials(alternatives: usize, trials: usize) -> Result<(), DesignError> {
-    let (what, found) = ("the number of possible answers", alternatives as f64);
-    must(alternatives >= 2, what, found, "2 or more")?;
-    let (fits, what) = ((1..=5000).contains(&trials), "the number of trials");
-    must(fits, what, trials as f64, "1 to 5000")
+    let what = "the number of possible answers";
+    must(what, alternatives as f64, 2.0.., "2 or more")?;
+    must(
+        "the number of trials",
+        trials as f64,
+        1.0..=5000.0,
+        "1 to 5000",
+    )
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use piezotact::page::{Cell, Column, Table};
 use serde::{Deserialize, Serialize};
 
 use super::super::description::{CampaignDescription, TaskDescription, TaskKind};
-use super::super::error::{DesignError, must};
+use super::super::error::DesignError;
 use super::super::power::{
     CORRELATION, FoundShare, MOST_PARTICIPANTS, MOST_PRESENTATIONS, PowerPlan, found_share,
 };
@@ -100,8 +100,13 @@ pub fn power_study(
     seed: u64,
 ) -> Result<PowerStudy, DesignError> {
     let [a, b] = question.shares;
-    let what = "the difference between the two stated shares";
-    must(a != b, what, 0.0, "two shares that differ")?;
+    if a == b {
+        return Err(DesignError::OutOfRange {
+            what: "the difference between the two stated shares",
+            found: 0.0,
+            expected: "two shares that differ",
+        });
+    }
     let sets = checked_sets(campaign)?;
     let work = Work::new(campaign, &sets, seed);
     let met = work.asked(question)?;

@@ -1,5 +1,7 @@
 //! Whether comparisons, training and catch trials can be planned.
 
+use std::ops::Bound;
+
 use super::super::super::adaptive::{AdaptiveRule, AdaptiveRun, StaircaseRule};
 use super::super::{
     Adaptive, Block, Catch, Method, Over, Protocol, Question, Stimulus, Task, TaskKind,
@@ -42,11 +44,12 @@ fn run(protocol: &Protocol, place: &str, adaptive: &Adaptive) -> Result<(), Prot
     let names = || std::iter::once(standard).chain(levels.iter().map(|level| &level.stimulus));
     known_stimuli(protocol, place, names())?;
     distinct(&of("standard and levels"), "stimulus", names())?;
-    let count = levels.len();
-    must(count >= 2, &of("levels"), "at least 2", count)?;
+    must(&of("levels"), levels.len(), 2.., "at least 2")?;
     for one in levels {
         let place = of(&format!("level of {}", one.stimulus));
-        must(one.level.is_finite(), &place, "a finite number", one.level)?;
+        let (most, expected) = (Bound::Excluded(f64::INFINITY), "a finite number");
+        let range = (Bound::Excluded(f64::NEG_INFINITY), most);
+        must(&place, one.level, range, expected)?;
     }
     let falls = |found: f64, before: f64, what| match found > before {
         true => Ok(()),
@@ -189,9 +192,13 @@ fn check_catch(
     let no_answer = |why: &str| refused(place, why);
     let of = |what: &str| format!("{place}: catch{what}");
     trials(&of(": trials"), catch.trials)?;
-    let allowed = catch.failures_allowed;
-    let (fits, expected) = (allowed < catch.trials, "less than `trials`");
-    must(fits, &of(": failures_allowed"), expected, allowed)?;
+    let (place_of_allowed, allowed) = (of(": failures_allowed"), catch.failures_allowed);
+    must(
+        &place_of_allowed,
+        allowed,
+        ..catch.trials,
+        "less than `trials`",
+    )?;
     if catch.known.is_empty() {
         return no_answer("catch trials have no stimuli with a known answer; list them in `known`");
     }
@@ -200,12 +207,7 @@ fn check_catch(
     match &task.kind {
         TaskKind::Compare { question, .. } => {
             for one in &catch.known {
-                must(
-                    one.len() == 2,
-                    &place_of_known,
-                    "2 stimuli in each",
-                    one.len(),
-                )?;
+                must(&place_of_known, one.len(), 2..=2, "2 stimuli in each")?;
                 if *question != Question::SameDifferent && one[0] == one[1] {
                     return no_answer(
                         "a stimulus beside itself has no right answer to `rougher` or `stronger`; name another one",
@@ -217,9 +219,7 @@ fn check_catch(
         TaskKind::Associate { .. } => {
             let (mut sizes, expected) =
                 (catch.known.iter().map(Vec::len), "1 to 100 stimuli in each");
-            sizes.try_for_each(|size| {
-                must((1..=100).contains(&size), &place_of_known, expected, size)
-            })
+            sizes.try_for_each(|size| must(&place_of_known, size, 1..=100, expected))
         }
         _ => no_answer("catch trials are for tasks `compare` and `associate`; leave them out"),
     }
@@ -243,32 +243,23 @@ pub(super) fn catch_in_block(
             })
         })
     };
-    let missing = match &block.over {
-        Over::AllSamples => (!fits(&protocol.samples)).then_some("of all samples"),
-        Over::Samples(samples) => (!fits(samples)).then_some("of the block"),
-        Over::EverySet => {
-            let mut sets = protocol.sets.iter();
-            sets.find(|set| !fits(&set.samples))
-                .map(|set| set.name.as_str())
-        }
-        Over::SharesOfSets(shares) => shares
-            .iter()
-            .flatten()
-            .find(|name| protocol.set(name).is_none_or(|set| !fits(&set.samples)))
-            .map(String::as_str),
+    let mut groups = protocol.groups(&block.over).into_iter().flatten();
+    let Some(missing) = groups.find(|group| !fits(group.samples)) else {
+        return Ok(());
     };
-    match missing {
-        None => Ok(()),
-        Some(set) => Err(unknown(
-            &format!("{place}, task {}", task.name),
-            "catch trial for the set",
-            set,
-        )),
-    }
+    let at_once = match &block.over {
+        Over::AllSamples => "of all samples",
+        _ => "of the block",
+    };
+    let (place, set) = (
+        format!("{place}, task {}", task.name),
+        missing.set.unwrap_or(at_once),
+    );
+    Err(unknown(&place, "catch trial for the set", set))
 }
 
 fn trials(place: &str, found: u32) -> Result<(), ProtocolError> {
-    must((1..=MAX_TRIALS).contains(&found), place, "1 to 5000", found)
+    must(place, found, 1..=MAX_TRIALS, "1 to 5000")
 }
 
 #[cfg(test)]

@@ -1,9 +1,7 @@
 //! What no campaign has: counts that fill the memory before anything is planned, numbers out of their range, texts that forge others.
 
 use super::super::method::Method;
-use super::super::{
-    Adaptive, Over, Playing, Protocol, Sequence, Task, TaskKind, TransferFunctionUse,
-};
+use super::super::{Adaptive, Playing, Protocol, Sequence, Task, TaskKind, TransferFunctionUse};
 use super::{ProtocolError, must, positive};
 use crate::campaign::adaptive::AdaptiveRule;
 use crate::campaign::plan::MOST_TRIALS;
@@ -32,26 +30,21 @@ pub(super) fn counts(protocol: &Protocol) -> Result<(), ProtocolError> {
         ("the tasks", protocol.tasks.len()),
         ("the sessions", protocol.sessions.len()),
     ] {
-        must(found <= MOST_LISTED, place, "at most 2000", found)?;
+        must(place, found, ..=MOST_LISTED, "at most 2000")?;
     }
     for (place, found) in parts(protocol) {
-        must(found <= MOST_PARTS, &place, "at most 100", found)?;
+        must(&place, found, ..=MOST_PARTS, "at most 100")?;
     }
     protocol.tasks.iter().try_for_each(lists)?;
     for session in &protocol.sessions {
         let blocks = session.blocks.iter();
         let each = blocks.map(|block| {
-            let sets = match &block.over {
-                Over::AllSamples | Over::Samples(_) => 1,
-                Over::EverySet => protocol.sets.len(),
-                Over::SharesOfSets(shares) => shares.iter().map(Vec::len).max().unwrap_or(0),
-            };
+            let shares = protocol.groups(&block.over);
+            let sets = shares.iter().map(Vec::len).max().unwrap_or(0);
             let largest = protocol.sets.iter().map(|set| set.samples.len()).max();
-            let samples = match &block.over {
-                Over::AllSamples => protocol.samples.len(),
-                Over::Samples(samples) => samples.len(),
-                Over::EverySet | Over::SharesOfSets(_) => largest.unwrap_or(0),
-            };
+            let mut groups = shares.iter().flatten();
+            let at_once = groups.find(|group| group.set.is_none());
+            let samples = at_once.map_or(largest.unwrap_or(0), |group| group.samples.len());
             let tasks = block.tasks.iter().filter_map(|name| protocol.task(name));
             let of_set = tasks.fold(0_u64, |sum, task| sum.saturating_add(trials(task, samples)));
             let trials = of_set
@@ -62,11 +55,10 @@ pub(super) fn counts(protocol: &Protocol) -> Result<(), ProtocolError> {
         let (trials, names) = each.fold((0_u64, 0_u64), |(trials, names), (more, named)| {
             (trials.saturating_add(more), names.saturating_add(named))
         });
-        let (fits, expected) = (trials <= MOST_TRIALS as u64, "at most 86400");
         let place = format!("session {}: the trials of one participant", session.name);
-        must(fits, &place, expected, trials)?;
+        must(&place, trials, ..=MOST_TRIALS as u64, "at most 86400")?;
         let place = format!("session {}: the trials times their samples", session.name);
-        must(names <= MOST_NAMES, &place, "at most 2000000", names)?;
+        must(&place, names, ..=MOST_NAMES, "at most 2000000")?;
     }
     Ok(())
 }
@@ -101,7 +93,7 @@ fn parts(protocol: &Protocol) -> Vec<(String, usize)> {
 /// Refuses lists of a task that are too long, and rules with too many points.
 fn lists(task: &Task) -> Result<(), ProtocolError> {
     let place = |what: &str| format!("task {}: {what}", task.name);
-    let short = |what: &str, found| must(found <= MOST_LISTED, &place(what), "at most 2000", found);
+    let short = |what: &str, found| must(&place(what), found, ..=MOST_LISTED, "at most 2000");
     short("checklist", task.checklist.len())?;
     if let Some(catch) = &task.catch {
         short("catch: known", catch.known.len())?;
@@ -122,12 +114,7 @@ fn lists(task: &Task) -> Result<(), ProtocolError> {
         } => {
             short("levels", adaptive.levels.len())?;
             let (what, points) = points(adaptive);
-            must(
-                points <= MOST_POINTS,
-                &place(what),
-                "at most 2000000",
-                points,
-            )
+            must(&place(what), points, ..=MOST_POINTS, "at most 2000000")
         }
         _ => Ok(()),
     }
@@ -203,9 +190,9 @@ pub(super) fn rendering(protocol: &Protocol) -> Result<(), ProtocolError> {
         } => {
             let place = "rendering.playing.duration_s";
             positive(place, duration_s)?;
-            must(duration_s <= 3600.0, place, "at most 3600", duration_s)?;
-            let fits = (0.0..=3600.0).contains(&pause_s);
-            must(fits, "rendering.playing.pause_s", "0 to 3600", pause_s)
+            must(place, duration_s, ..=3600.0, "at most 3600")?;
+            let place = "rendering.playing.pause_s";
+            must(place, pause_s, 0.0..=3600.0, "0 to 3600")
         }
     }
 }
@@ -225,17 +212,12 @@ pub(super) fn numbers(protocol: &Protocol) -> Result<(), ProtocolError> {
         ("cell_share", aims.cell_share, above_0..1.0, share),
         ("logit_sd", aims.logit_sd, 0.0..10.0, "0 to 10"),
     ] {
-        must(
-            within.contains(&found),
-            &format!("aims.{what}"),
-            expected,
-            found,
-        )?;
+        must(&format!("aims.{what}"), found, within, expected)?;
     }
     for one in &aims.comparisons {
         let (found, expected) = (one.smallest_effect_ratio, "above 0 and at most 100");
         let place = "aims.comparisons: smallest_effect_ratio";
-        must((above_0..=100.0).contains(&found), place, expected, found)?;
+        must(place, found, above_0..=100.0, expected)?;
     }
     protocol.tasks.iter().try_for_each(levels)?;
     let resumed = Some(protocol.resuming.refused_after_hours);
@@ -245,17 +227,12 @@ pub(super) fn numbers(protocol: &Protocol) -> Result<(), ProtocolError> {
         ("rendering.max_age_hours", age),
     ] {
         let found = found.unwrap_or_default();
-        must(
-            (0.0..=MOST_HOURS).contains(&found),
-            place,
-            "0 to 87600, ten years",
-            found,
-        )?;
+        must(place, found, 0.0..=MOST_HOURS, "0 to 87600, ten years")?;
     }
     for session in &protocol.sessions {
         let min = session.source_time.as_ref().map_or(1, |of| of.min);
         let place = format!("session {}: source_time.min", session.name);
-        must((1..=1440).contains(&min), &place, "1 to 1440, a day", min)?;
+        must(&place, min, 1..=1440, "1 to 1440, a day")?;
     }
     Ok(())
 }
@@ -287,9 +264,9 @@ fn levels(task: &Task) -> Result<(), ProtocolError> {
         _ => Vec::new(),
     };
     let place = format!("task {}: every level, step and end of a scale", task.name);
-    let fits = |one: &f64| (-MOST_LEVEL..=MOST_LEVEL).contains(one);
-    let mut all = found.iter();
-    all.try_for_each(|one| must(fits(one), &place, "-1000000 to 1000000", one))
+    let (range, expected) = (-MOST_LEVEL..=MOST_LEVEL, "-1000000 to 1000000");
+    let mut all = found.into_iter();
+    all.try_for_each(|one| must(&place, one, range.clone(), expected))
 }
 
 fn fits(
@@ -339,9 +316,13 @@ pub(super) fn texts(protocol: &Protocol) -> Result<(), ProtocolError> {
                 ("checklist", &words.checklist, &task.checklist[..]),
                 ("descriptors", &words.descriptors, descriptors),
             ] {
-                let as_many = found.is_empty() || found.len() == own.len();
-                let expected = "as many as in the task itself, in the same order";
-                must(as_many, &place(what), expected, found.len())?;
+                if !found.is_empty() {
+                    let (own, expected) = (
+                        own.len(),
+                        "as many as in the task itself, in the same order",
+                    );
+                    must(&place(what), found.len(), own..=own, expected)?;
+                }
             }
         }
         lines(&place("checklist"), &task.checklist)?;
@@ -384,7 +365,7 @@ pub(super) fn texts(protocol: &Protocol) -> Result<(), ProtocolError> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::{LIBRARY, from_library, read};
+    use super::super::super::{LIBRARY, Over, from_library, read};
     use super::*;
 
     fn changed(from: &str, to: &str) -> ProtocolError {
