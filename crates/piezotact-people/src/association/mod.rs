@@ -29,8 +29,8 @@ pub use answer::{Answer, AnswerTable, Declared, Flag, Purpose, Stimulus};
 pub use asked::{Asked, AskedTask};
 pub use behaviour::{
     BETWEEN, Behaviour, BehaviourMeanings, ReadBehaviour, StimulusFiles, behaviour,
-    behaviour_meanings, evidence_of_behaviour, holds_orders, is_recorded, person_meanings,
-    playing_events, read_behaviour, trials_of_behaviour,
+    behaviour_meanings, evidence_of_behaviour, holds_orders, is_recorded, playing_events,
+    read_behaviour, trials_of_behaviour,
 };
 pub use chance_agreement::Matching;
 pub use compared::{Compared, compared, compared_studies};

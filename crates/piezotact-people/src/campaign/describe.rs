@@ -58,22 +58,6 @@ pub fn describe(protocol: &Protocol) -> CampaignDescription {
 
 /// The sets of the blocks, and over how many participants they are shared.
 fn sets(protocol: &Protocol, blocks: &[Block]) -> (Vec<Vec<String>>, usize) {
-    let of = |name: &String| protocol.set(name).map(|set| set.samples.clone());
-    for block in blocks {
-        match &block.over {
-            Over::EverySet => {
-                let sets = protocol.sets.iter().map(|set| set.samples.clone());
-                return (sets.collect(), 1);
-            }
-            Over::SharesOfSets(shares) => {
-                return (
-                    shares.iter().flatten().filter_map(of).collect(),
-                    shares.len(),
-                );
-            }
-            Over::AllSamples | Over::Samples(_) => {}
-        }
-    }
     // Who names or associates has all samples of the block before them: one set.
     let from_a_set = |block: &&Block| {
         let tasks = block.tasks.iter().filter_map(|name| protocol.task(name));
@@ -81,14 +65,12 @@ fn sets(protocol: &Protocol, blocks: &[Block]) -> (Vec<Vec<String>>, usize) {
             .map(|task| &task.kind)
             .any(|kind| matches!(kind, TaskKind::Identify { .. } | TaskKind::Associate { .. }))
     };
-    let set = blocks
-        .iter()
-        .find(from_a_set)
-        .map(|block| match &block.over {
-            Over::Samples(samples) => samples.clone(),
-            _ => protocol.samples.clone(),
-        });
-    (set.into_iter().collect(), 1)
+    let mut of_sets = blocks.iter().filter(|block| block.over.is_of_sets());
+    let block = of_sets.next().or_else(|| blocks.iter().find(from_a_set));
+    let shares = block.map_or(Vec::new(), |block| protocol.groups(&block.over));
+    let groups = shares.iter().flatten();
+    let sets = groups.map(|group| group.samples.to_vec()).collect();
+    (sets, shares.len().max(1))
 }
 
 fn described(
@@ -98,25 +80,19 @@ fn described(
     sets: &[Vec<String>],
 ) -> TaskDescription {
     let block = blocks.iter().find(|block| block.tasks.contains(&task.name));
-    let over_sets =
-        block.is_some_and(|block| matches!(block.over, Over::EverySet | Over::SharesOfSets(_)));
+    let over_sets = block.is_some_and(|block| block.over.is_of_sets());
     let group = match block.map(|block| &block.over) {
         Some(Over::Samples(samples)) => samples.len(),
         _ => protocol.samples.len(),
     };
-    // Presentations of single samples, of one participant.
-    let singles = match over_sets {
-        true => sets.iter().map(Vec::len).sum(),
-        false => group,
-    };
-    // How often a participant does the task: for each set, or each set of a share.
-    let shares = match block.map(|block| &block.over) {
-        Some(Over::SharesOfSets(shares)) => shares.len().max(1),
-        _ => 1,
-    };
-    let times = match over_sets {
-        true => (sets.len() as f64 / shares as f64).max(1.0),
-        false => 1.0,
+    // Presentations of single samples, of one participant; and how often the task is done: for each set, or each set of a share.
+    let shares = block.map_or(1, |block| protocol.groups(&block.over).len());
+    let (singles, times) = match over_sets {
+        true => (
+            sets.iter().map(Vec::len).sum(),
+            (sets.len() as f64 / shares as f64).max(1.0),
+        ),
+        false => (group, 1.0),
     };
     let mut elements = 1.0;
     let each_s = match protocol.rendering.as_ref().map(|one| one.playing) {
@@ -284,11 +260,8 @@ fn counterbalanced(protocol: &Protocol, blocks: &[Block]) -> Vec<Factor> {
             });
         }
         if block.set_order == OrderRule::Balanced {
-            let sets = match &block.over {
-                Over::EverySet => protocol.sets.len(),
-                Over::SharesOfSets(shares) => shares.iter().map(Vec::len).max().unwrap_or(1),
-                Over::AllSamples | Over::Samples(_) => 1,
-            };
+            let shares = protocol.groups(&block.over);
+            let sets = shares.iter().map(Vec::len).max().unwrap_or(1);
             factors.push(Factor {
                 name: format!("order of sets of {}", block.name),
                 orders: balanced_orders(sets).len(),

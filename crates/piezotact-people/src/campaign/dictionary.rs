@@ -1,11 +1,12 @@
 //! The data dictionary of a campaign: what each column of its table of answers means in each task.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::LazyLock;
 
 use piezotact::document::Content;
 use serde::{Deserialize, Serialize};
 
-use super::protocol::{Block, Labels, OrderKey, Over, Protocol, Question, Task, TaskKind, When};
+use super::protocol::{Block, Labels, OrderKey, Protocol, Question, Task, TaskKind, When};
 
 /// The columns of a table of answers, in their order.
 pub const ANSWER_COLUMNS: [&str; 14] = [
@@ -41,6 +42,24 @@ pub struct ColumnMeaning {
     /// What stands between several values in a cell; absent where a cell has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub delimiter: Option<String>,
+}
+
+/// The columns of each table by name.
+static TABLES: LazyLock<BTreeMap<String, BTreeMap<String, ColumnMeaning>>> =
+    LazyLock::new(|| toml::from_str(include_str!("../../columns.toml")).unwrap_or_default());
+
+/// What the columns of a table mean, by the name of the table: `events`, `features`; none for a table that is not listed.
+///
+/// Source: `columns.toml`; BIDS 1.11, tabular files, for the fields of a column.
+#[must_use]
+pub fn columns_of(table: &str) -> BTreeMap<String, ColumnMeaning> {
+    TABLES.get(table).cloned().unwrap_or_default()
+}
+
+/// One column of a table; empty where it is not listed.
+pub(crate) fn column(table: &str, name: &str) -> ColumnMeaning {
+    let found = TABLES.get(table).and_then(|columns| columns.get(name));
+    found.cloned().unwrap_or_default()
 }
 
 /// The columns of a task.
@@ -156,26 +175,16 @@ impl<'a> Described<'a> {
             return None;
         }
         match name {
-            "participant" => Some(text("Participant, by pseudonym.")),
             "session" => Some(self.session()),
             "task" => Some(ColumnMeaning {
-                levels: level(&self.task.name, &self.task.title),
-                ..text("Task.")
+                levels: [(self.task.name.clone(), self.task.title.clone())].into(),
+                ..column("answers", name)
             }),
             "set" => self.set(),
-            "trial" => Some(text(
-                "Trial, as in the tables of trials and of evidence; with the position (`element` there) unique within participant and session.",
-            )),
             "position" => self.position(),
             "presented" => Some(self.presented()),
-            "source" => self.manipulated(
-                "Sample whose friction-induced vibration a manipulated stimulus is made from; empty for others.",
-                |stimulus| &stimulus.of,
-            ),
-            "expected" => self.manipulated(
-                "Sample that the hypothesis expects as answer to a manipulated stimulus; empty for others, whose own sample is expected.",
-                |stimulus| stimulus.expected(),
-            ),
+            "source" => self.manipulated(name, |stimulus| &stimulus.of),
+            "expected" => self.manipulated(name, |stimulus| stimulus.expected()),
             "offered" => self.offered(),
             "answered" => {
                 let mut meaning = self.answered();
@@ -186,12 +195,7 @@ impl<'a> Described<'a> {
                 }
                 Some(meaning)
             }
-            "flags" => Some(flags()),
-            "rehearsal" => Some(rehearsal()),
-            "judge" => Some(text(
-                "How a virtual volunteer judges; empty for a person.",
-            )),
-            _ => None,
+            _ => Some(column("answers", name)),
         }
     }
 
@@ -202,13 +206,10 @@ impl<'a> Described<'a> {
             let of_session = self.blocks.iter().filter(|(name, ..)| *name == session);
             of_session.map(|(.., block)| block.repeats as usize).sum()
         };
-        let repeated = is_order && self.blocks.iter().any(|(name, ..)| repeats(name) > 1);
-        let description = match repeated {
-            true => {
-                "Session; from the second order of the same samples on with its number: `NAME, repetition 2`."
-            }
-            false => "Session.",
-        };
+        // A repetition adds its number to the name.
+        if is_order && self.blocks.iter().any(|(name, ..)| repeats(name) > 1) {
+            return column("order", "session");
+        }
         let levels = self.blocks.iter().map(|(session, when, _)| {
             let when = match when {
                 When::AnyTime => "first, or at any time after the one before it",
@@ -217,56 +218,33 @@ impl<'a> Described<'a> {
             ((*session).to_owned(), when.to_owned())
         });
         ColumnMeaning {
-            // A repetition adds its number to the name.
-            levels: if repeated {
-                BTreeMap::new()
-            } else {
-                levels.collect()
-            },
-            ..text(description)
+            levels: levels.collect(),
+            ..column("answers", "session")
         }
     }
 
     fn set(&self) -> Option<ColumnMeaning> {
-        let names: BTreeSet<&str> = (self.blocks.iter())
-            .flat_map(|(.., block)| self.sets_of(block))
-            .collect();
+        let groups = (self.blocks.iter()).flat_map(|(.., block)| self.protocol.groups(&block.over));
+        let names: BTreeSet<&str> = groups.flatten().filter_map(|group| group.set).collect();
         let sets = names.iter().filter_map(|name| self.protocol.set(name));
         let levels: BTreeMap<String, String> = sets
             .map(|set| (set.name.clone(), set.samples.join(", ")))
             .collect();
         (!levels.is_empty()).then(|| ColumnMeaning {
             levels,
-            ..text("Set of samples that are on the tray together.")
+            ..column("answers", "set")
         })
-    }
-
-    fn sets_of(&self, block: &'a Block) -> Vec<&'a str> {
-        match &block.over {
-            Over::EverySet => {
-                let sets = self.protocol.sets.iter();
-                sets.map(|set| set.name.as_str()).collect()
-            }
-            Over::SharesOfSets(shares) => shares.iter().flatten().map(String::as_str).collect(),
-            Over::AllSamples | Over::Samples(_) => Vec::new(),
-        }
     }
 
     fn position(&self) -> Option<ColumnMeaning> {
-        let description = match &self.task.kind {
-            TaskKind::Identify { .. } => "Always 1: samples are handed over one by one.".to_owned(),
+        match &self.task.kind {
+            TaskKind::Identify { .. } => Some(column("identify", "position")),
             TaskKind::Order { from, to, .. } => {
-                format!("Place in which the sample was put, from 1 ({from}) on ({to}).")
+                Some(column("order", "position").with(&[("from", from), ("to", to)]))
             }
-            TaskKind::Associate { .. } => {
-                "Place of the stimulus in the sequence that was presented, from 1.".to_owned()
-            }
-            _ => return None,
-        };
-        Some(ColumnMeaning {
-            units: Some("1".into()),
-            ..text(&description)
-        })
+            TaskKind::Associate { .. } => Some(column("associate", "position")),
+            _ => None,
+        }
     }
 
     fn rendered_levels(&self) -> BTreeMap<String, String> {
@@ -293,42 +271,29 @@ impl<'a> Described<'a> {
     }
 
     fn presented(&self) -> ColumnMeaning {
-        match self.task.kind {
-            TaskKind::Associate { .. } => ColumnMeaning {
-                levels: self.rendered_levels(),
-                ..text("Stimulus that was presented.")
-            },
-            TaskKind::Compare { .. } => ColumnMeaning {
-                levels: self.rendered_levels(),
-                ..text(
-                    "The two stimuli in the order in which they were presented, with | between; each is one of the levels.",
-                )
-            },
-            TaskKind::Order { .. } => ColumnMeaning {
-                levels: self.sample_levels("real sample"),
-                ..text("Real sample that was put in its place.")
-            },
-            _ => ColumnMeaning {
-                levels: self.sample_levels("real sample"),
-                ..text(
-                    "Real sample that was handed over: where it was another than the planned one, this one.",
-                )
-            },
+        let (table, levels) = match self.task.kind {
+            TaskKind::Associate { .. } => ("associate", self.rendered_levels()),
+            TaskKind::Compare { .. } => ("compare", self.rendered_levels()),
+            TaskKind::Order { .. } => ("order", self.sample_levels("real sample")),
+            _ => ("answers", self.sample_levels("real sample")),
+        };
+        ColumnMeaning {
+            levels,
+            ..column(table, "presented")
         }
     }
 
     fn manipulated(
         &self,
-        description: &str,
+        name: &str,
         of: impl Fn(&'a super::protocol::Stimulus) -> &'a str,
     ) -> Option<ColumnMeaning> {
-        if !matches!(
-            self.task.kind,
-            TaskKind::Associate { .. } | TaskKind::Compare { .. }
-        ) {
-            return None;
-        }
-        let used = self.protocol.rendered_in(self.task);
+        let used = match self.task.kind {
+            TaskKind::Associate { .. } | TaskKind::Compare { .. } => {
+                self.protocol.rendered_in(self.task)
+            }
+            _ => return None,
+        };
         let made = self.protocol.stimuli.iter();
         let made = made.filter(|stimulus| used.contains(stimulus.name.as_str()));
         let levels: BTreeMap<String, String> = made
@@ -337,7 +302,7 @@ impl<'a> Described<'a> {
             .collect();
         (!levels.is_empty()).then(|| ColumnMeaning {
             levels,
-            ..text(description)
+            ..column("answers", name)
         })
     }
 
@@ -348,24 +313,19 @@ impl<'a> Described<'a> {
         );
         choices.then(|| ColumnMeaning {
             levels: self.sample_levels("sample"),
-            ..text("Samples that could be answered in this trial, with | between; each is one of the levels.")
+            ..column("answers", "offered")
         })
     }
 
     fn answered(&self) -> ColumnMeaning {
-        let samples = |description: &str| ColumnMeaning {
+        let of = |table: &str| column(table, "answered");
+        let samples = |meaning| ColumnMeaning {
             levels: self.sample_levels("sample"),
-            ..text(description)
-        };
-        let of = |description: &str, levels: &[(&str, &str)]| ColumnMeaning {
-            levels: (levels.iter())
-                .map(|(name, meaning)| ((*name).to_owned(), (*meaning).to_owned()))
-                .collect(),
-            ..text(description)
+            ..meaning
         };
         match &self.task.kind {
             TaskKind::Touch { .. } => ColumnMeaning::default(),
-            TaskKind::Identify { .. } => samples("Sample that the participant named."),
+            TaskKind::Identify { .. } => samples(of("identify")),
             TaskKind::Order { from, to, key } => {
                 let key = match key {
                     OrderKey::AsListed => {
@@ -376,30 +336,17 @@ impl<'a> Described<'a> {
                     }
                     OrderKey::None => "the protocol's list; no order is right or wrong",
                 };
-                samples(&format!(
-                    "Place, from {from} to {to}: the sample that has it in {key}."
-                ))
+                samples(of("order").with(&[("from", from), ("to", to), ("key", key)]))
             }
-            TaskKind::Associate { labels, .. } => samples(match labels {
-                Labels::Names => "Sample that the participant associated to the stimulus.",
-                Labels::OwnOrder { .. } => {
-                    "Sample that the participant associated to the stimulus; said as A, B, C … in the participant's own order and stored as the sample that stood there."
-                }
+            TaskKind::Associate { labels, .. } => samples(of(match labels {
+                Labels::Names => "associate",
+                Labels::OwnOrder { .. } => "own_order",
+            })),
+            TaskKind::Compare { question, .. } => of(match question {
+                Question::SameDifferent => "same_different",
+                Question::Rougher => "rougher",
+                Question::Stronger => "stronger",
             }),
-            TaskKind::Compare { question, .. } => match question {
-                Question::SameDifferent => of(
-                    "Whether the two stimuli felt the same.",
-                    &[("same", "the same"), ("different", "different")],
-                ),
-                Question::Rougher => of(
-                    "Which stimulus felt rougher.",
-                    &[("first", "the first one"), ("second", "the second one")],
-                ),
-                Question::Stronger => of(
-                    "Which stimulus felt stronger.",
-                    &[("first", "the first one"), ("second", "the second one")],
-                ),
-            },
             TaskKind::Categorise {
                 descriptors,
                 at_most,
@@ -407,58 +354,12 @@ impl<'a> Described<'a> {
                 levels: (descriptors.iter())
                     .map(|name| (name.clone(), format!("the sample feels {name}")))
                     .collect(),
-                ..text(&format!(
-                    "Descriptors chosen, at most {at_most}, with | between; each is one of the levels."
-                ))
+                ..of("categorise").with(&[("at_most", &at_most.to_string())])
             },
-            TaskKind::Rate { from, to, .. } => ColumnMeaning {
-                units: Some("1".into()),
-                ..text(&format!("Rating, a whole number from {from} to {to}."))
-            },
+            TaskKind::Rate { from, to, .. } => {
+                of("rate").with(&[("from", &from.to_string()), ("to", &to.to_string())])
+            }
         }
-    }
-}
-
-fn text(description: &str) -> ColumnMeaning {
-    ColumnMeaning {
-        description: description.into(),
-        ..ColumnMeaning::default()
-    }
-}
-
-fn level(name: &str, meaning: &str) -> BTreeMap<String, String> {
-    BTreeMap::from([(name.to_owned(), meaning.to_owned())])
-}
-
-fn flags() -> ColumnMeaning {
-    let mut levels = level(
-        "missed_target",
-        "the vibration that was played did not reach its target",
-    );
-    levels.extend(level(
-        "not_measured",
-        "it was played by hand on another system, and nothing was measured",
-    ));
-    levels.extend(level(
-        "wrong_sample",
-        "another sample than the planned one was handed over",
-    ));
-    levels.extend(level(
-        "simulated",
-        "it was played on a simulated bench, and no person felt it",
-    ));
-    ColumnMeaning {
-        levels,
-        ..text("What was wrong with the trial, with spaces between; empty where nothing was.")
-    }
-}
-
-fn rehearsal() -> ColumnMeaning {
-    let mut levels = level("yes", "a rehearsal, which is no data");
-    levels.extend(level("no", "a trial of the campaign"));
-    ColumnMeaning {
-        levels,
-        ..text("Whether the trial was a rehearsal.")
     }
 }
 
@@ -478,6 +379,14 @@ fn parts(name: &str) -> Vec<(String, u64)> {
 }
 
 impl ColumnMeaning {
+    /// With `{name}` in its description replaced by what the protocol states.
+    pub(crate) fn with(mut self, stated: &[(&str, &str)]) -> Self {
+        for (name, value) in stated {
+            self.description = self.description.replace(&format!("{{{name}}}"), value);
+        }
+        self
+    }
+
     /// The names of the levels, numbers in them by their size.
     #[must_use]
     pub fn level_names(&self) -> Vec<&str> {
@@ -496,6 +405,17 @@ mod tests {
         let found = dictionary(&from_library(protocol).unwrap().unwrap());
         let mut tasks = found.tasks.into_iter();
         tasks.find(|of| of.task == task).unwrap()
+    }
+
+    #[test]
+    fn every_listed_column_says_what_it_holds() {
+        assert!(TABLES.len() > 20);
+        for (table, columns) in &*TABLES {
+            for (name, meaning) in columns {
+                assert!(meaning.description.ends_with('.'), "{table} {name}");
+                assert_ne!(meaning.units.as_deref(), Some(""), "{table} {name}");
+            }
+        }
     }
 
     #[test]

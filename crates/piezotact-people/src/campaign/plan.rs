@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::chain::Sha;
 use super::design::williams_orders;
-use super::protocol::{Adaptive, Block, OrderRule, Over, Protocol};
+use super::protocol::{Adaptive, Block, Group, OrderRule, Over, Protocol};
 use super::random::Stream;
 pub(super) use trials::MOST_TRIALS;
 
@@ -332,14 +332,6 @@ impl Plan {
     }
 }
 
-/// The samples that a task is about.
-#[derive(Clone, Copy)]
-struct Group<'a> {
-    /// The set's name; `None` for all samples.
-    set: Option<&'a str>,
-    samples: &'a [String],
-}
-
 struct Planner<'a> {
     protocol: &'a Protocol,
     request: PlanRequest<'a>,
@@ -359,12 +351,20 @@ impl<'a> Planner<'a> {
     }
 
     fn block(&mut self, block: &'a Block) -> Result<(), ProtocolError> {
-        let groups = self.groups(block)?;
+        let mut shares = self.protocol.groups(&block.over);
+        let share = match block.over {
+            Over::SharesOfSets(_) => self.rarest(&format!("{}.share", block.name), shares.len()),
+            _ => 0,
+        };
+        let groups = shares.swap_remove(share);
         let sets = self.ordered(block, "sets", block.set_order, groups);
         let tasks: Vec<&str> = block.tasks.iter().map(String::as_str).collect();
         let tasks = self.ordered(block, "tasks", block.task_order, tasks);
         for repeat in 1..=block.repeats {
             for group in &sets {
+                if group.samples.is_empty() {
+                    return Err(undeclared(group.set.unwrap_or_default()));
+                }
                 for task in &tasks {
                     let Some(task) = self.protocol.task(task) else {
                         return Err(undeclared(task));
@@ -381,33 +381,6 @@ impl<'a> Planner<'a> {
             }
         }
         Ok(())
-    }
-
-    fn groups(&mut self, block: &'a Block) -> Result<Vec<Group<'a>>, ProtocolError> {
-        let set = |name: &String| match self.protocol.set(name) {
-            Some(set) => Ok(Group {
-                set: Some(&set.name),
-                samples: &set.samples,
-            }),
-            None => Err(undeclared(name)),
-        };
-        match &block.over {
-            Over::AllSamples => Ok(vec![Group {
-                set: None,
-                samples: &self.protocol.samples,
-            }]),
-            Over::Samples(samples) => Ok(vec![Group { set: None, samples }]),
-            Over::EverySet => self
-                .protocol
-                .sets
-                .iter()
-                .map(|one| set(&one.name))
-                .collect(),
-            Over::SharesOfSets(shares) => {
-                let share = self.rarest(&format!("{}.share", block.name), shares.len());
-                shares[share].iter().map(set).collect()
-            }
-        }
     }
 
     /// `items` in the order that `rule` asks for.

@@ -496,6 +496,22 @@ pub enum Over {
     SharesOfSets(Vec<Vec<String>>),
 }
 
+impl Over {
+    /// Whether it goes over sets of the protocol.
+    #[must_use]
+    pub fn is_of_sets(&self) -> bool {
+        matches!(self, Self::EverySet | Self::SharesOfSets(_))
+    }
+}
+
+/// Samples that are on the tray together.
+#[derive(Clone, Copy, Debug)]
+pub struct Group<'a> {
+    /// The set's name; absent for samples that are no set of the protocol.
+    pub set: Option<&'a str>,
+    pub samples: &'a [String],
+}
+
 /// An order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
@@ -524,6 +540,25 @@ impl Protocol {
     #[must_use]
     pub fn session(&self, name: &str) -> Option<&SessionProtocol> {
         self.sessions.iter().find(|session| session.name == name)
+    }
+
+    /// The groups that a block goes over, one after the other, of a participant of each share; one share where everybody has all.
+    #[must_use]
+    pub fn groups<'a>(&'a self, over: &'a Over) -> Vec<Vec<Group<'a>>> {
+        let set = |name: &'a String| Group {
+            set: Some(name),
+            samples: self.set(name).map_or(&[], |set| &set.samples),
+        };
+        let at_once = |samples| vec![vec![Group { set: None, samples }]];
+        match over {
+            Over::AllSamples => at_once(&self.samples),
+            Over::Samples(samples) => at_once(samples),
+            Over::EverySet => vec![self.sets.iter().map(|one| set(&one.name)).collect()],
+            Over::SharesOfSets(shares) => {
+                let shares = shares.iter().map(|share| share.iter().map(set).collect());
+                shares.collect()
+            }
+        }
     }
 
     /// The set called `name`.

@@ -13,21 +13,22 @@ use piezotact::Warning;
 use piezotact::document::Content;
 use piezotact::page::{Cell, Column, Table};
 use piezotact_people::association::{
-    Behaviour, BehaviourMeanings, behaviour_meanings, is_recorded, person_meanings,
+    Behaviour, BehaviourMeanings, behaviour_meanings, is_recorded,
 };
+use piezotact_people::campaign::dictionary::columns_of;
 use piezotact_people::campaign::protocol::Protocol;
 use serde::Serialize;
 
 use super::about::{DatasetAbout, NotCarried, Person, SessionFacts};
 use super::error::BidsError;
 use super::folder::NewFolder;
-use super::json::{Columns, DatasetLinks, Description, GeneratedBy, SourceDataset};
+use super::json::{DatasetLinks, Description, GeneratedBy, SourceDataset};
 use super::label::Labels;
 use super::name::{Entities, TRIALS};
 use super::privacy::{Calendar, age_of, handedness_of, is_finger, is_language, sex_of};
 use super::table::tsv_text;
 use super::{BIDS_VERSION, CHECKSUMS, DESCRIPTION, HED_VERSION, PROGRAM, PROTOCOL};
-use parts::{described, require_no_notes, sidecars};
+use parts::{require_no_notes, sidecars};
 
 pub use derived::{Derived, Sources};
 pub use eeg::{Brain, BrainAbout};
@@ -344,19 +345,14 @@ impl<'a> BidsWriter<'a> {
         }
         let text = tsv_text(&table, "participants.tsv")?;
         self.folder.put_text("participants.tsv", &text)?;
-        let mut columns = sidecars(&person_meanings());
-        columns.insert(
-            "participant_id".into(),
-            described("Participant, by the label of the data set."),
-        );
+        let columns = sidecars(&columns_of("participants"));
         self.folder.put_json("participants.json", &columns)
     }
 
     fn session_tables(&mut self) -> Result<(), BidsError> {
         for pseudonym in self.people.keys().cloned().collect::<Vec<_>>() {
             let sub = self.labels[PARTICIPANT].label(&pseudonym)?;
-            let mut table =
-                Table::new(texts::SESSION_COLUMNS.map(|(name, _)| Column::new(name, name)));
+            let mut table = Table::new(texts::SESSION_COLUMNS.map(|name| Column::new(name, name)));
             let own = self.sessions.iter().filter(|(of, _)| *of == pseudonym);
             for (_, facts) in own.cloned().collect::<Vec<_>>() {
                 let row = self.session_row(&pseudonym, &facts)?;
@@ -365,12 +361,9 @@ impl<'a> BidsWriter<'a> {
             }
             let file = format!("sub-{sub}/sub-{sub}_sessions.tsv");
             self.folder.put_text(&file, &tsv_text(&table, &file)?)?;
-            let columns: Columns = texts::SESSION_COLUMNS
-                .iter()
-                .map(|(name, meaning)| ((*name).to_owned(), texts::column(meaning)))
-                .collect();
+            let file = format!("sub-{sub}/sub-{sub}_sessions.json");
             self.folder
-                .put_json(&format!("sub-{sub}/sub-{sub}_sessions.json"), &columns)?;
+                .put_json(&file, &sidecars(&columns_of("sessions")))?;
         }
         Ok(())
     }

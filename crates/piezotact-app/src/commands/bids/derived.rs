@@ -15,13 +15,12 @@ use piezotact_dataset::{
 use piezotact_people::association::{
     AnswerTable, AssociationConfig, Grouping, MatrixConfig, associate,
 };
-use piezotact_people::campaign::dictionary::ColumnMeaning;
+use piezotact_people::campaign::dictionary::{ColumnMeaning, columns_of};
 use piezotact_people::campaign::plan::Plan;
 use piezotact_people::campaign::readiness::stimuli_of;
 use piezotact_study::bids::{Derived, Sources};
 use serde_json::json;
 
-use super::words;
 use crate::commands::campaign::study::Study;
 use crate::commands::verify::verified;
 use crate::failure::{Failure, Outcome, usage};
@@ -72,20 +71,6 @@ impl Owned {
     }
 }
 
-/// Meanings of columns, each with its unit; an empty unit is none.
-fn meanings(of: &[(&str, &str, &str)]) -> BTreeMap<String, ColumnMeaning> {
-    of.iter()
-        .map(|(name, unit, description)| {
-            let meaning = ColumnMeaning {
-                description: (*description).to_owned(),
-                units: (!unit.is_empty()).then(|| (*unit).to_owned()),
-                ..ColumnMeaning::default()
-            };
-            ((*name).to_owned(), meaning)
-        })
-        .collect()
-}
-
 fn columns(names: &[&str]) -> Table {
     Table::new(names.iter().map(|name| Column::new(name, name)))
 }
@@ -103,7 +88,13 @@ pub(super) fn of_strokes(
         "m/s²" => "m/s^2".to_owned(),
         other => other.to_owned(),
     };
-    let of_psd = format!("({unit})^2/Hz");
+    let mut of_psd = columns_of("psd");
+    for name in ["mean", "sd"] {
+        if let Some(column) = of_psd.get_mut(name) {
+            column.units = Some(format!("({unit})^2/Hz"));
+        }
+    }
+    let features = columns_of("features");
     let mut psd = columns(&["frequency", "mean", "sd"]);
     let spectra = &analysis.psd;
     let strokes = spectra.each.len();
@@ -143,30 +134,12 @@ pub(super) fn of_strokes(
         sources: MadeOf::Recording(vec![written.to_owned()]),
     };
     vec![
-        owned(
-            "strokes",
-            "psd",
-            psd,
-            meanings(&[
-                ("frequency", "Hz", "Frequency of the line."),
-                (
-                    "mean",
-                    &of_psd,
-                    "Mean of the one-sided power spectral densities of the strokes.",
-                ),
-                (
-                    "sd",
-                    &of_psd,
-                    "Their standard deviation, n − 1 in the denominator; n/a for one stroke.",
-                ),
-            ]),
-            of_psds,
-        ),
+        owned("strokes", "psd", psd, of_psd, of_psds),
         owned(
             "strokes",
             "features",
-            of_columns(strokes_table(std::slice::from_ref(take)), words::FEATURES),
-            meanings(words::FEATURES),
+            of_columns(strokes_table(std::slice::from_ref(take)), &features),
+            features,
             of_features,
         ),
     ]
@@ -236,15 +209,7 @@ pub(super) fn of_drives(
             desc: "prepared",
             suffix: "verification",
             table,
-            columns: meanings(&[
-                ("criterion", "", "What was looked at."),
-                ("found", "", "What was found, in the unit of the line."),
-                ("low", "", "Lower end of its 95 % interval."),
-                ("high", "", "Upper end of its 95 % interval."),
-                ("limit", "", "The limit."),
-                ("unit", "", "The unit of the line."),
-                ("outcome", "", "met, not met or not decided."),
-            ]),
+            columns: columns_of("verification"),
             description: "How close the drive came to the recorded stroke when it was prepared: the criteria that decide.",
             provenance,
             sources: MadeOf::Drive,
@@ -299,31 +264,7 @@ pub(super) fn of_transfer(path: &Path, session: impl Fn(&str) -> Option<String>)
         desc: "device",
         suffix: "transfer",
         table,
-        columns: meanings(&[
-            ("frequency", "Hz", "Frequency of the line."),
-            (
-                "real",
-                "m/s^2",
-                "Real part of the response, acceleration of the fingernail for a drive of full scale.",
-            ),
-            ("imaginary", "m/s^2", "Imaginary part."),
-            (
-                "coherence",
-                "1",
-                "Magnitude-squared coherence; n/a where none was estimated.",
-            ),
-            (
-                "magnitude_low",
-                "m/s^2",
-                "Lower limit of the magnitude, 95 %; n/a where none was estimated.",
-            ),
-            (
-                "magnitude_high",
-                "m/s^2",
-                "Upper limit of the magnitude, 95 %; n/a where there is none.",
-            ),
-            ("phase_reach", "rad", "How far the phase may be off, 95 %."),
-        ]),
+        columns: columns_of("transfer"),
         description: "Transfer function from the digital drive (full scale = 1) to the acceleration of the fingernail, with the finger on the device.",
         provenance,
         // The measurement that it was estimated from is not part of the study.
@@ -367,11 +308,9 @@ fn transfer_table(
 }
 
 /// `table` with the columns that are `known` alone: names of files and labels that somebody typed may tell who somebody is.
-fn of_columns(mut table: Table, known: &[(&str, &str, &str)]) -> Table {
+fn of_columns(mut table: Table, known: &BTreeMap<String, ColumnMeaning>) -> Table {
     let names = table.columns.iter().map(|column| column.name.as_str());
-    let kept: Vec<bool> = names
-        .map(|name| known.iter().any(|(known, ..)| *known == name))
-        .collect();
+    let kept: Vec<bool> = names.map(|name| known.contains_key(name)).collect();
     let mut keeps = kept.iter();
     table.columns.retain(|_| keeps.next() == Some(&true));
     for row in &mut table.rows {
@@ -422,7 +361,7 @@ pub(super) fn of_answers(study: &Study) -> Outcome<Vec<Owned>> {
             desc: "association",
             suffix: "matrix",
             table: without_words(found.cells_table()),
-            columns: meanings(words::MATRIX),
+            columns: columns_of("matrix"),
             description: "Association matrices: what was presented, and what it was declared to be; one row for each cell, with a 95 % interval over participants.",
             provenance: json!({ "settings": found.config, "sentence": found.sentence(), "warnings": found.warnings }),
             sources: MadeOf::Answers,
@@ -437,7 +376,7 @@ pub(super) fn of_answers(study: &Study) -> Outcome<Vec<Owned>> {
             desc: "adaptive",
             suffix: "thresholds",
             table: thresholds,
-            columns: meanings(words::THRESHOLDS),
+            columns: columns_of("thresholds"),
             description: "Thresholds of adaptive comparisons, in the unit of their levels.",
             provenance: json!({}),
             sources: MadeOf::Answers,

@@ -5,7 +5,6 @@ mod derived;
 mod export;
 mod import;
 mod recordings;
-mod words;
 
 use clap::{Args, Subcommand};
 

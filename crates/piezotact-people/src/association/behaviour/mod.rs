@@ -18,7 +18,7 @@ use crate::campaign::plan::Trial;
 use crate::campaign::protocol::{Protocol, TaskKind};
 use crate::campaign::session::{Evidence, State, TrialState};
 
-pub use meanings::{BehaviourMeanings, behaviour_meanings, person_meanings};
+pub use meanings::{BehaviourMeanings, behaviour_meanings};
 pub use read::{
     ReadBehaviour, evidence_of_behaviour, holds_orders, read_behaviour, trials_of_behaviour,
 };

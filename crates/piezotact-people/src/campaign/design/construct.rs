@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::coverage::PairCoverage;
-use super::error::DesignError;
+use super::error::{DesignError, must};
 use crate::campaign::random::Stream;
 
 /// The largest number of samples that sets are built of.
@@ -31,8 +31,7 @@ pub enum Method {
 }
 
 /// Sets of samples as indices, with the coverage that was counted on them.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Blocks {
     /// The number of samples.
     pub points: usize,
@@ -351,27 +350,8 @@ fn search(points: usize, size: usize, sets: usize, draws: &mut Stream) -> Option
     None
 }
 
-/// Sets shared over participants.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-pub struct Shares {
-    /// The sets of each participant, as indices of sets.
-    pub sets: Vec<Vec<usize>>,
-    /// The number of sets of each participant that hold each sample.
-    pub presentations: Vec<Vec<usize>>,
-}
-
-impl Shares {
-    /// The largest difference between two samples of one participant, in sets.
-    #[must_use]
-    pub fn spread(&self) -> usize {
-        let of = |n: &Vec<usize>| n.iter().max().zip(n.iter().min()).map_or(0, |(a, b)| a - b);
-        self.presentations.iter().map(of).max().unwrap_or(0)
-    }
-}
-
 /// `sets` of `points` samples shared over `participants` persons: numbers of sets differ by one at most, and samples occur as
-/// equally with each person as exchanges of two sets reach. Every set goes to one person.
+/// equally with each person as exchanges of two sets reach. Every set goes to one person: its sets, as indices of sets.
 ///
 /// # Errors
 ///
@@ -382,17 +362,20 @@ pub fn shares(
     points: usize,
     sets: &[Vec<usize>],
     participants: usize,
-) -> Result<Shares, DesignError> {
+) -> Result<Vec<Vec<usize>>, DesignError> {
     if sets.is_empty() {
         return Err(DesignError::NoSets);
     }
-    if participants == 0 || participants > sets.len() {
-        return Err(DesignError::OutOfRange {
-            what: "the number of persons who share the sets",
-            found: participants as f64,
-            expected: "1 up to the number of sets",
-        });
-    }
+    let (what, found) = (
+        "the number of persons who share the sets",
+        participants as f64,
+    );
+    must(
+        what,
+        found,
+        1.0..=sets.len() as f64,
+        "1 up to the number of sets",
+    )?;
     let mut owner: Vec<usize> = (0..sets.len())
         .map(|i| i * participants / sets.len())
         .collect();
@@ -416,11 +399,7 @@ pub fn shares(
         owner.swap(a, b);
     }
     let of = |person: usize| (0..sets.len()).filter(|i| owner[*i] == person).collect();
-    let unsigned = |n: &Vec<i64>| n.iter().map(|n| n.unsigned_abs() as usize).collect();
-    Ok(Shares {
-        sets: (0..participants).map(of).collect(),
-        presentations: counts.iter().map(unsigned).collect(),
-    })
+    Ok((0..participants).map(of).collect())
 }
 
 /// Two sets of two persons whose exchange makes samples more equal.
@@ -540,18 +519,23 @@ mod tests {
         let built = steiner_triples(13).unwrap();
         let mut mixed = built.blocks.clone();
         mixed.sort();
-        for sets in [&built.blocks, &mixed] {
+        // The largest difference between two samples of one participant, in sets.
+        let spread = |sets: &[Vec<usize>], own: &[usize]| {
+            let own: Vec<usize> = own.iter().flat_map(|i| sets[*i].clone()).collect();
+            let counts = (0..13).map(|i| own.iter().filter(|one| **one == i).count());
+            counts.clone().max().unwrap() - counts.min().unwrap()
+        };
+        for (sets, most) in [(&built.blocks, 0), (&mixed, 2)] {
             let shared = shares(13, sets, 2).unwrap();
-            assert_eq!(
-                shared.sets.iter().map(Vec::len).collect::<Vec<_>>(),
-                [13, 13]
+            assert_eq!(shared.iter().map(Vec::len).collect::<Vec<_>>(), [13, 13]);
+            assert!(
+                shared.iter().all(|own| spread(sets, own) <= most),
+                "{shared:?}"
             );
-            assert!(shared.spread() <= 2, "{shared:?}");
-            let mut all: Vec<usize> = shared.sets.concat();
+            let mut all: Vec<usize> = shared.concat();
             all.sort_unstable();
             assert_eq!(all, (0..26).collect::<Vec<_>>());
         }
-        assert_eq!(shares(13, &built.blocks, 2).unwrap().spread(), 0);
         assert!(shares(13, &built.blocks, 0).is_err() && shares(13, &built.blocks, 27).is_err());
     }
 }

@@ -2,8 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::sets::SampleSets;
-
 /// How many pairs are together in a number of sets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
@@ -36,6 +34,8 @@ pub struct PairCoverage {
 
 impl PairCoverage {
     /// Counts the pairs of `points` samples in `sets` of indices. Indices from `points` on do not count.
+    ///
+    /// Source: counted; for a balanced design, Fisher and Yates (1938), Statistical Tables, "balanced incomplete blocks".
     #[must_use]
     pub fn of(points: usize, sets: &[Vec<usize>]) -> Self {
         let mut counts = vec![vec![0; points]; points];
@@ -90,14 +90,6 @@ impl PairCoverage {
     pub fn is_complete(&self) -> bool {
         self.never.is_empty()
     }
-}
-
-/// The pairs that `sets` put together, for n samples: counts n × n, in sets.
-///
-/// Source: counted; for a balanced design, Fisher and Yates (1938), Statistical Tables, "balanced incomplete blocks".
-#[must_use]
-pub fn pair_coverage(sets: &SampleSets) -> PairCoverage {
-    PairCoverage::of(sets.samples().len(), sets.sets())
 }
 
 #[cfg(test)]

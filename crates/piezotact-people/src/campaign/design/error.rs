@@ -1,5 +1,7 @@
 //! What a design can be refused for.
 
+use std::ops::{Bound, RangeBounds};
+
 use thiserror::Error;
 
 /// Why a design cannot be checked, built or drawn: what was found, what was expected, and what to do.
@@ -169,4 +171,26 @@ pub enum DesignError {
         "the design names task {task}, but not exactly one task of that name is described: correct its name"
     )]
     UnknownTask { task: String },
+}
+
+/// Refuses a number out of its range; one that is none is in no range.
+pub(super) fn must(
+    what: &'static str,
+    found: f64,
+    within: impl RangeBounds<f64>,
+    expected: &'static str,
+) -> Result<(), DesignError> {
+    match within.contains(&found) {
+        true => Ok(()),
+        false => Err(DesignError::OutOfRange {
+            what,
+            found,
+            expected,
+        }),
+    }
+}
+
+/// Above 0 and below `end`.
+pub(super) fn above_0_below(end: f64) -> (Bound<f64>, Bound<f64>) {
+    (Bound::Excluded(0.0), Bound::Excluded(end))
 }

@@ -1,107 +1,75 @@
 //! Faults of a design, and better plans with their cost.
 
-use std::fmt;
-
 use piezotact::criterion::Criterion;
 use piezotact::number::counted;
 use serde::{Deserialize, Serialize};
+use thiserror::Error;
 
 use super::construct::Method;
 
+fn people(count: usize) -> String {
+    counted(count, "participant")
+}
+
 /// What a criterion of a design judges.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, Error)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(tag = "of", rename_all = "snake_case")]
 pub enum DesignCriterion {
     /// Pairs that are together in a set.
+    #[error("pairs together in a set")]
     PairsTogether,
     /// The share of sequences whose last answer follows from the others.
+    #[error("{task}: share of sequences whose last answer follows from the others")]
     ForcedAnswers {
         /// The task.
         task: String,
     },
     /// Kendall's τ of an order with no sample in its position, where one sample moved.
+    #[error("{task}: Kendall's τ of an order that position scores as all wrong")]
     PositionsOfOrder {
         /// The task.
         task: String,
     },
     /// Tasks of a comparison that always have the same position.
+    #[error("{}: tasks that always have the same position", .tasks.join(", "))]
     FixedPositions {
         /// The tasks compared.
         tasks: Vec<String>,
     },
     /// Participants left over when all cells are filled equally.
+    #[error("participants left over when all cells are filled equally")]
     CellsFilled,
     /// The power of a comparison.
+    #[error("{}: power", .tasks.join(", "))]
     Power {
         /// The tasks compared.
         tasks: Vec<String>,
     },
     /// The power for a stated difference.
+    #[error("{} and {}: power for the stated difference", .between[0], .between[1])]
     DifferenceFound {
         /// What differs.
         between: [String; 2],
     },
     /// The half-width of the interval of a cell.
+    #[error("{task}: half-width of the 95 % interval of a cell")]
     HalfWidth {
         /// The task.
         task: String,
     },
     /// The half-width of the interval of a mean rating, as a share of its scale.
+    #[error("{task}: half-width of the 95 % interval of a mean rating, as a share of the scale")]
     RatingHalfWidth {
         /// The task.
         task: String,
     },
     /// The share of simulated adaptive runs that decide a threshold.
+    #[error("{task}: share of runs that decide a threshold")]
     ThresholdsDecided {
         /// The task.
         task: String,
     },
-}
-
-impl fmt::Display for DesignCriterion {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::PairsTogether => write!(f, "pairs together in a set"),
-            Self::ForcedAnswers { task } => {
-                write!(
-                    f,
-                    "{task}: share of sequences whose last answer follows from the others"
-                )
-            }
-            Self::PositionsOfOrder { task } => {
-                write!(
-                    f,
-                    "{task}: Kendall's τ of an order that position scores as all wrong"
-                )
-            }
-            Self::FixedPositions { tasks } => {
-                write!(
-                    f,
-                    "{}: tasks that always have the same position",
-                    tasks.join(", ")
-                )
-            }
-            Self::CellsFilled => write!(
-                f,
-                "participants left over when all cells are filled equally"
-            ),
-            Self::Power { tasks } => write!(f, "{}: power", tasks.join(", ")),
-            Self::DifferenceFound { between: [a, b] } => {
-                write!(f, "{a} and {b}: power for the stated difference")
-            }
-            Self::HalfWidth { task } => {
-                write!(f, "{task}: half-width of the 95 % interval of a cell")
-            }
-            Self::RatingHalfWidth { task } => write!(
-                f,
-                "{task}: half-width of the 95 % interval of a mean rating, as a share of the scale"
-            ),
-            Self::ThresholdsDecided { task } => {
-                write!(f, "{task}: share of runs that decide a threshold")
-            }
-        }
-    }
 }
 
 /// A sample and the number of sets that hold it.
@@ -115,11 +83,12 @@ pub struct SampleSetCount {
 }
 
 /// A fault of a design.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Error)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(tag = "fault", rename_all = "snake_case")]
 pub enum Fault {
     /// Pairs are never together in a set, so their cells stay untested.
+    #[error("{} of {pairs} pairs are never together in a set ({together} are): their cells stay untested.", .never.len())]
     PairsNeverTogether {
         /// The number of pairs together.
         together: usize,
@@ -131,6 +100,9 @@ pub enum Fault {
         rarest: Vec<SampleSetCount>,
     },
     /// Every sequence is a permutation of its set, so answers depend on each other.
+    #[error(
+        "{task}: every sequence holds each sample of its set once, so the last answer follows from the others; right answers by chance have a standard deviation of {chance_sd:.2}, not {chance_sd_independent:.2}."
+    )]
     AnswersByExclusion {
         /// The task.
         task: String,
@@ -142,6 +114,9 @@ pub enum Fault {
         chance_sd_independent: f64,
     },
     /// A matrix of samples and positions overstates confusion.
+    #[error(
+        "{task}: one sample moved from first to last leaves {in_position} of {samples} in position, with Kendall's τ {tau:.3}: positions alone overstate confusion."
+    )]
     PositionOverstatesConfusion {
         /// The task.
         task: String,
@@ -153,6 +128,7 @@ pub enum Fault {
         tau: f64,
     },
     /// A task of a comparison always has the same position.
+    #[error("{task} is always number {position} of {}: its differences from the others are confounded with order.", .tasks.join(", "))]
     ConfoundedWithOrder {
         /// The task.
         task: String,
@@ -162,6 +138,7 @@ pub enum Fault {
         tasks: Vec<String>,
     },
     /// Participants do not fill the cells of the crossed factors equally.
+    #[error("{} cannot fill {cells} cells equally.", people(*.participants))]
     CannotBeBalanced {
         /// The number of cells.
         cells: usize,
@@ -169,6 +146,7 @@ pub enum Fault {
         participants: usize,
     },
     /// The comparison has too little power.
+    #[error("{}: {} {} a power of {power_share:.2} for an effect of {effect_ratio:.2} standard deviations, {wanted_share:.2} is wanted.", .tasks.join(", "), people(*.participants), if *.participants == 1 { "has" } else { "have" })]
     PowerTooLow {
         /// The tasks compared.
         tasks: Vec<String>,
@@ -182,6 +160,7 @@ pub enum Fault {
         wanted_share: f64,
     },
     /// The stated difference is found too rarely.
+    #[error("{} and {}: {} find the stated difference in {:.0} % of campaigns, {:.0} % is wanted.", .between[0], .between[1], people(*.participants), 100.0 * .power_share, 100.0 * .wanted_share)]
     DifferenceMissed {
         /// What differs.
         between: [String; 2],
@@ -193,6 +172,7 @@ pub enum Fault {
         wanted_share: f64,
     },
     /// The interval of a mean rating is too wide.
+    #[error("{task}: a mean rating of {} has an interval of ±{:.0} % of the scale, ±{:.0} % is wanted.", people(*.participants), 100.0 * .half_width_share, 100.0 * .wanted_share)]
     RatingTooWide {
         /// The task.
         task: String,
@@ -204,6 +184,7 @@ pub enum Fault {
         wanted_share: f64,
     },
     /// Too few runs decide a threshold.
+    #[error("{task}: {:.0} % of runs of at most {trials} trials decide a threshold, {:.0} % is wanted.", 100.0 * .decided_share, 100.0 * .wanted_share)]
     ThresholdsOpen {
         /// The task.
         task: String,
@@ -215,6 +196,7 @@ pub enum Fault {
         wanted_share: f64,
     },
     /// The interval of a cell is too wide.
+    #[error("{task}: a cell of {sample} has an expected interval of ±{:.0} percentage points ({} to each participant), ±{:.0} is wanted.", 100.0 * .half_width_share, counted(*.presentations, "presentation"), 100.0 * .wanted_share)]
     IntervalTooWide {
         /// The task.
         task: String,
@@ -229,131 +211,13 @@ pub enum Fault {
     },
 }
 
-impl fmt::Display for Fault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::PairsNeverTogether {
-                together,
-                pairs,
-                never,
-                ..
-            } => write!(
-                f,
-                "{} of {pairs} pairs are never together in a set ({together} are): their cells stay untested.",
-                never.len()
-            ),
-            Self::AnswersByExclusion {
-                task,
-                chance_sd,
-                chance_sd_independent,
-                ..
-            } => write!(
-                f,
-                "{task}: every sequence holds each sample of its set once, so the last answer follows from the others; right \
-                 answers by chance have a standard deviation of {chance_sd:.2}, not {chance_sd_independent:.2}."
-            ),
-            Self::PositionOverstatesConfusion {
-                task,
-                samples,
-                in_position,
-                tau,
-            } => write!(
-                f,
-                "{task}: one sample moved from first to last leaves {in_position} of {samples} in position, with Kendall's τ \
-                 {tau:.3}: positions alone overstate confusion."
-            ),
-            Self::ConfoundedWithOrder {
-                task,
-                position,
-                tasks,
-            } => write!(
-                f,
-                "{task} is always number {position} of {}: its differences from the others are confounded with order.",
-                tasks.join(", ")
-            ),
-            Self::CannotBeBalanced {
-                cells,
-                participants,
-            } => {
-                write!(
-                    f,
-                    "{} cannot fill {cells} cells equally.",
-                    counted(*participants, "participant")
-                )
-            }
-            Self::PowerTooLow {
-                tasks,
-                participants,
-                effect_ratio,
-                power_share,
-                wanted_share,
-            } => write!(
-                f,
-                "{}: {} {} a power of {power_share:.2} for an effect of {effect_ratio:.2} standard \
-                 deviations, {wanted_share:.2} is wanted.",
-                tasks.join(", "),
-                counted(*participants, "participant"),
-                if *participants == 1 { "has" } else { "have" }
-            ),
-            Self::DifferenceMissed {
-                between: [a, b],
-                participants,
-                power_share,
-                wanted_share,
-            } => write!(
-                f,
-                "{a} and {b}: {} find the stated difference in {:.0} % of campaigns, {:.0} % is wanted.",
-                counted(*participants, "participant"),
-                100.0 * power_share,
-                100.0 * wanted_share
-            ),
-            Self::RatingTooWide {
-                task,
-                participants,
-                half_width_share,
-                wanted_share,
-            } => write!(
-                f,
-                "{task}: a mean rating of {} has an interval of ±{:.0} % of the scale, ±{:.0} % is wanted.",
-                counted(*participants, "participant"),
-                100.0 * half_width_share,
-                100.0 * wanted_share
-            ),
-            Self::ThresholdsOpen {
-                task,
-                trials,
-                decided_share,
-                wanted_share,
-            } => write!(
-                f,
-                "{task}: {:.0} % of runs of at most {trials} trials decide a threshold, {:.0} % is wanted.",
-                100.0 * decided_share,
-                100.0 * wanted_share
-            ),
-            Self::IntervalTooWide {
-                task,
-                sample,
-                presentations,
-                half_width_share,
-                wanted_share,
-            } => write!(
-                f,
-                "{task}: a cell of {sample} has an expected interval of ±{:.0} percentage points ({} to each participant), ±{:.0} is \
-                 wanted.",
-                100.0 * half_width_share,
-                counted(*presentations, "presentation"),
-                100.0 * wanted_share
-            ),
-        }
-    }
-}
-
 /// What a better plan changes.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Error)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(tag = "change", rename_all = "snake_case")]
 pub enum Change {
     /// Other sets.
+    #[error("{} sets put {together} of {pairs} pairs together{}", .sets.len(), if .sets.len() > *.bound { format!(" (fewer than {bound} cannot)") } else { String::new() })]
     Sets {
         /// How they were built.
         method: Method,
@@ -369,6 +233,7 @@ pub enum Change {
         halves: Vec<Vec<usize>>,
     },
     /// Sequences drawn independently.
+    #[error("sequences of {shortest} to {longest}, each stimulus drawn from the whole set")]
     IndependentSequences {
         /// The shortest length.
         shortest: usize,
@@ -376,18 +241,22 @@ pub enum Change {
         longest: usize,
     },
     /// Pairwise dominance and Kendall's τ beside the positions.
+    #[error("pairwise dominance and Kendall's τ beside the positions")]
     DominanceBesidePosition,
     /// The task takes each position equally often, with vibrations of an earlier session.
+    #[error("vibrations from an earlier session, and {} orders of tasks", .orders.len())]
     EarlierMeasurement {
         /// The orders of the tasks compared.
         orders: Vec<Vec<String>>,
     },
     /// Another number of participants.
+    #[error("{participants} participants")]
     Participants {
         /// The number.
         participants: usize,
     },
     /// More presentations to each participant.
+    #[error("at least {presentations} presentations of each sample to each participant")]
     Presentations {
         /// Presentations of each sample to each participant.
         presentations: usize,
@@ -395,7 +264,8 @@ pub enum Change {
 }
 
 /// A better plan and its cost.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Error)]
+#[error("{change}. Cost: {}.", self.cost())]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct BetterPlan {
     /// What changes.
@@ -410,47 +280,6 @@ pub struct BetterPlan {
     pub sets_shared_by_two: Option<usize>,
     /// Seconds of one participant where two share the sets.
     pub participant_shared_by_two_s: Option<f64>,
-}
-
-impl fmt::Display for Change {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Sets {
-                sets,
-                together,
-                pairs,
-                bound,
-                ..
-            } => {
-                write!(
-                    f,
-                    "{} sets put {together} of {pairs} pairs together",
-                    sets.len()
-                )?;
-                match sets.len() > *bound {
-                    true => write!(f, " (fewer than {bound} cannot)"),
-                    false => Ok(()),
-                }
-            }
-            Self::IndependentSequences { shortest, longest } => write!(
-                f,
-                "sequences of {shortest} to {longest}, each stimulus drawn from the whole set"
-            ),
-            Self::DominanceBesidePosition => {
-                write!(f, "pairwise dominance and Kendall's τ beside the positions")
-            }
-            Self::EarlierMeasurement { orders } => write!(
-                f,
-                "vibrations from an earlier session, and {} orders of tasks",
-                orders.len()
-            ),
-            Self::Participants { participants } => write!(f, "{participants} participants"),
-            Self::Presentations { presentations } => write!(
-                f,
-                "at least {presentations} presentations of each sample to each participant"
-            ),
-        }
-    }
 }
 
 impl BetterPlan {
@@ -489,12 +318,6 @@ impl BetterPlan {
             ));
         }
         parts.join("; ")
-    }
-}
-
-impl fmt::Display for BetterPlan {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}. Cost: {}.", self.change, self.cost())
     }
 }
 

@@ -13,13 +13,11 @@ mod precision;
 mod sequence;
 mod sets;
 
-pub use chance::{
-    Matches, kendall_tau, permutation_matches, rule_matches, tau_null_sd, trial_matches,
-};
+pub use chance::{Matches, permutation_matches, rule_matches, tau_null_sd, trial_matches};
 pub use construct::{
-    Blocks, Method, Shares, balanced_blocks, covering, schonheim_bound, shares, steiner_triples,
+    Blocks, Method, balanced_blocks, covering, schonheim_bound, shares, steiner_triples,
 };
-pub use coverage::{PairCoverage, Together, pair_coverage};
+pub use coverage::{PairCoverage, Together};
 pub use description::{
     Aims, CampaignDescription, CompareAim, Comparison, Factor, PairsWanted, Scoring,
     TaskDescription, TaskKind,
@@ -30,12 +28,9 @@ pub use findings::{
     ComparisonPower, DesignReport, PowerPoint, PowerQuestion, PowerStudy, RatingPrecision,
     SampleCount, TaskChance, TaskTime, ThresholdShare, design_findings, power_study, task_times,
 };
-pub use orders::{
-    Crossing, OrderBalance, balanced_latin_square, crossing, order_balance, williams_orders,
-};
+pub use orders::{Crossing, balanced_latin_square, crossing, only_positions, williams_orders};
 pub use power::{FoundShare, PowerPlan, found_share};
 pub use precision::{
     CellPlan, CellPrecision, cell_precision, paired_power, participants_for_power,
 };
-pub use sequence::{LengthShare, SequenceDistribution, SequenceRule, sequence_distribution};
-pub use sets::SampleSets;
+pub use sequence::{SequenceDistribution, SequenceRule, sequence_distribution};

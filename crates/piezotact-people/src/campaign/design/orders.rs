@@ -4,42 +4,17 @@ use serde::{Deserialize, Serialize};
 
 use super::error::DesignError;
 
-/// How often each treatment stands in each position, and directly behind each other one.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-pub struct OrderBalance {
-    /// The number of orders with each treatment (row) in each position (column).
-    pub positions: Vec<Vec<usize>>,
-    /// The number of orders with each treatment (row) directly before each other one (column).
-    pub carry_over: Vec<Vec<usize>>,
-}
-
-impl OrderBalance {
-    /// The position that a treatment has in every order, from 0; `None` where it changes.
-    #[must_use]
-    pub fn only_position(&self, treatment: usize) -> Option<usize> {
-        let row = self.positions.get(treatment)?;
-        let mut used = row.iter().enumerate().filter(|(_, n)| **n > 0);
-        match (used.next(), used.next()) {
-            (Some((position, _)), None) => Some(position),
-            _ => None,
-        }
-    }
-}
-
-/// Counts positions and first-order carry-over of `treatments` treatments in `orders`: two tables n × n, in orders.
+/// The position that each of `treatments` treatments has in every one of `orders`, from 0; `None` where it changes.
 ///
 /// # Errors
 ///
 /// An order that does not hold each treatment once.
 ///
-/// Source: Williams (1949), Aust. J. Sci. Res. A 2, 149.
-pub fn order_balance(
+/// Source: counted.
+pub fn only_positions(
     treatments: usize,
     orders: &[Vec<usize>],
-) -> Result<OrderBalance, DesignError> {
-    let mut positions = vec![vec![0; treatments]; treatments];
-    let mut carry_over = vec![vec![0; treatments]; treatments];
+) -> Result<Vec<Option<usize>>, DesignError> {
     for (number, order) in orders.iter().enumerate() {
         let mut sorted = order.clone();
         sorted.sort_unstable();
@@ -49,17 +24,16 @@ pub fn order_balance(
                 expected: treatments,
             });
         }
-        for (position, &treatment) in order.iter().enumerate() {
-            positions[treatment][position] += 1;
-        }
-        for pair in order.windows(2) {
-            carry_over[pair[0]][pair[1]] += 1;
-        }
     }
-    Ok(OrderBalance {
-        positions,
-        carry_over,
-    })
+    let only = |treatment| {
+        let of = |order: &Vec<usize>| order.iter().position(|one| *one == treatment);
+        let first = of(orders.first()?)?;
+        orders
+            .iter()
+            .all(|order| of(order) == Some(first))
+            .then_some(first)
+    };
+    Ok((0..treatments).map(only).collect())
 }
 
 /// The first rows of Williams: 0, 1, n − 1, 2, n − 2, …, each shifted by every number; n orders of n = `treatments`.
@@ -157,27 +131,24 @@ pub fn crossing(levels: &[usize], participants: usize) -> Result<Crossing, Desig
 mod tests {
     use super::*;
 
-    impl OrderBalance {
-        /// Whether every treatment stands in every position equally often.
-        fn positions_balanced(&self) -> bool {
-            let first = self.positions.first().and_then(|row| row.first());
-            self.positions.iter().flatten().all(|n| Some(n) == first)
+    /// Whether every treatment stands in every position equally often, and directly before every other one equally often, at least once.
+    fn balanced(n: usize, orders: &[Vec<usize>]) -> [bool; 2] {
+        let mut counts = [vec![vec![0; n]; n], vec![vec![0; n]; n]];
+        for order in orders {
+            for (position, &treatment) in order.iter().enumerate() {
+                counts[0][treatment][position] += 1;
+            }
+            for pair in order.windows(2) {
+                counts[1][pair[0]][pair[1]] += 1;
+            }
         }
-
-        /// Whether every treatment stands directly before every other one equally often, and at least once.
-        fn carry_over_balanced(&self) -> bool {
-            let others = |(a, row): (usize, &Vec<usize>)| -> Vec<usize> {
-                let off = row.iter().enumerate().filter(|(b, _)| *b != a);
-                off.map(|(_, n)| *n).collect()
-            };
-            let counts: Vec<usize> = self
-                .carry_over
-                .iter()
-                .enumerate()
-                .flat_map(others)
-                .collect();
-            counts.iter().all(|n| *n > 0 && Some(n) == counts.first())
-        }
+        let off = |i: usize| i / n != i % n;
+        let [positions, carry_over] = counts.map(|table| table.concat());
+        let others: Vec<usize> = (0..n * n)
+            .filter(|i| off(*i))
+            .map(|i| carry_over[i])
+            .collect();
+        [positions, others].map(|all| all.iter().all(|count| *count > 0 && *count == all[0]))
     }
 
     #[test]
@@ -185,11 +156,7 @@ mod tests {
         for n in 2..=15 {
             let orders = williams_orders(n).unwrap();
             assert_eq!(orders.len(), if n % 2 == 0 { n } else { 2 * n });
-            let balance = order_balance(n, &orders).unwrap();
-            assert!(
-                balance.positions_balanced() && balance.carry_over_balanced(),
-                "{n}"
-            );
+            assert_eq!(balanced(n, &orders), [true; 2], "{n}");
         }
         assert!(williams_orders(0).is_err());
     }
@@ -200,19 +167,16 @@ mod tests {
         let cyclic: Vec<Vec<usize>> = (0..4)
             .map(|by| (0..4).map(|i| (i + by) % 4).collect())
             .collect();
-        let balance = order_balance(4, &cyclic).unwrap();
-        assert!(balance.positions_balanced() && !balance.carry_over_balanced());
+        assert_eq!(balanced(4, &cyclic), [true, false]);
         // Odd squares need their mirror images.
-        let odd = order_balance(3, &balanced_latin_square(3).unwrap()).unwrap();
-        assert!(odd.positions_balanced() && !odd.carry_over_balanced());
+        let odd = balanced_latin_square(3).unwrap();
+        assert_eq!(balanced(3, &odd), [true, false]);
         // Chapter 6: natural touch first, the two others in both orders.
-        let thesis = order_balance(3, &[vec![0, 1, 2], vec![0, 2, 1]]).unwrap();
-        assert!(!thesis.positions_balanced());
-        assert_eq!(
-            [0, 1, 2].map(|i| thesis.only_position(i)),
-            [Some(0), None, None]
-        );
-        assert!(order_balance(3, &[vec![0, 1, 1]]).is_err());
+        let thesis = [vec![0, 1, 2], vec![0, 2, 1]];
+        assert_eq!(balanced(3, &thesis), [false, false]);
+        assert_eq!(only_positions(3, &thesis), Ok(vec![Some(0), None, None]));
+        assert_eq!(only_positions(3, &[]), Ok(vec![None; 3]));
+        assert!(only_positions(3, &[vec![0, 1, 1]]).is_err());
     }
 
     #[test]

@@ -4,7 +4,7 @@ use piezotact::statistics::random::Random;
 use piezotact::statistics::{mean, sign_flip_test};
 use serde::{Deserialize, Serialize};
 
-use super::error::DesignError;
+use super::error::{DesignError, above_0_below, must};
 use crate::difference::{Difference, LEVEL_SHARE, between_people};
 
 /// Divisions drawn for each simulated campaign where they are too many to try all: (k + 1)/400 can be 5 %.
@@ -48,56 +48,27 @@ pub struct FoundShare {
 
 impl PowerPlan {
     fn check(&self) -> Result<(), DesignError> {
-        let bad = |what, found, expected| {
-            Err(DesignError::OutOfRange {
-                what,
-                found,
-                expected,
-            })
-        };
-        for share in self.shares {
-            if !(share > 0.0 && share < 1.0) {
-                return bad(
-                    "a share of the stated difference",
-                    share,
-                    "above 0 and below 1",
-                );
-            }
+        let [a, b] = self.shares;
+        for share in [a, b] {
+            let what = "a share of the stated difference";
+            must(what, share, above_0_below(1.0), "above 0 and below 1")?;
         }
-        if matches!(self.difference, Difference::Samples(_))
-            && self.shares[0] + self.shares[1] > 1.0
-        {
-            return bad(
-                "the sum of right answers and of those that name the other sample",
-                self.shares[0] + self.shares[1],
-                "at most 1",
-            );
+        if matches!(self.difference, Difference::Samples(_)) {
+            let what = "the sum of right answers and of those that name the other sample";
+            must(what, a + b, ..=1.0, "at most 1")?;
         }
-        if !(1..=MOST_PARTICIPANTS).contains(&self.participants) {
-            let found = self.participants as f64;
-            return bad(
-                "the number of participants",
-                found,
-                "1 to 200 for its power",
-            );
+        let (what, people) = ("the number of participants", self.participants as f64);
+        let range = 1.0..=MOST_PARTICIPANTS as f64;
+        must(what, people, range, "1 to 200 for its power")?;
+        for found in self.presentations.iter().flatten() {
+            let (what, range) = ("the number of presentations", ..=MOST_PRESENTATIONS as f64);
+            must(what, *found as f64, range, "at most 1000 for its power")?;
         }
-        let counts = self.presentations.iter().flatten();
-        if let Some(found) = counts.copied().find(|n| *n > MOST_PRESENTATIONS) {
-            let found = found as f64;
-            return bad(
-                "the number of presentations",
-                found,
-                "at most 1000 for its power",
-            );
-        }
-        if !self.presentations.iter().any(|[n, m]| *n > 0 && *m > 0) {
-            return bad("the number of presentations of both", 0.0, "at least 1");
-        }
-        if !(0.0..=10.0).contains(&self.logit_sd) {
-            let found = self.logit_sd;
-            return bad("the spread of participants in logits", found, "0 to 10");
-        }
-        Ok(())
+        let both = self.presentations.iter().filter(|[n, m]| *n > 0 && *m > 0);
+        let what = "the number of presentations of both";
+        must(what, both.count() as f64, 1.0.., "at least 1")?;
+        let what = "the spread of participants in logits";
+        must(what, self.logit_sd, 0.0..=10.0, "0 to 10")
     }
 
     /// What a participant is presented with.

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, Normal};
 use statrs::function::gamma::ln_gamma;
 
-use super::error::DesignError;
+use super::error::{DesignError, above_0_below, must};
 use crate::campaign::random::Stream;
 use crate::interval::{clopper_pearson, clustered_interval};
 
@@ -182,57 +182,24 @@ fn intervals(counts: &[usize], presentations: usize) -> [[f64; 2]; 2] {
 }
 
 fn check(plan: &CellPlan, studies: usize) -> Result<(), DesignError> {
-    let bad = |what, found, expected| {
-        Err(DesignError::OutOfRange {
-            what,
-            found,
-            expected,
-        })
-    };
-    if !(1..=MOST_PARTICIPANTS).contains(&plan.participants) {
-        return bad(
-            "the number of participants",
-            plan.participants as f64,
-            "1 to 10 000",
-        );
-    }
-    if !(1..=1000).contains(&plan.presentations) {
-        return bad(
-            "the number of presentations to each participant",
-            plan.presentations as f64,
-            "1 to 1000",
-        );
-    }
-    let presented = plan.participants.saturating_mul(plan.presentations);
-    if presented > MOST_PRESENTED {
-        return bad(
-            "the number of presentations to all participants together",
-            presented as f64,
-            "at most 100 000",
-        );
-    }
-    if !(plan.share > 0.0 && plan.share < 1.0) {
-        return bad(
-            "the expected share of a cell",
-            plan.share,
-            "above 0 and below 1",
-        );
-    }
-    if !(plan.logit_sd >= 0.0 && plan.logit_sd <= 10.0) {
-        return bad(
-            "the spread of participants in logits",
-            plan.logit_sd,
-            "0 to 10",
-        );
-    }
-    if studies < FEWEST_STUDIES {
-        return bad(
-            "the number of simulated studies",
-            studies as f64,
-            "at least 100",
-        );
-    }
-    Ok(())
+    let (what, people) = ("the number of participants", plan.participants as f64);
+    must(what, people, 1.0..=MOST_PARTICIPANTS as f64, "1 to 10 000")?;
+    let what = "the number of presentations to each participant";
+    must(what, plan.presentations as f64, 1.0..=1000.0, "1 to 1000")?;
+    let presented = plan.participants.saturating_mul(plan.presentations) as f64;
+    let what = "the number of presentations to all participants together";
+    must(what, presented, ..=MOST_PRESENTED as f64, "at most 100 000")?;
+    let (what, range) = ("the expected share of a cell", above_0_below(1.0));
+    must(what, plan.share, range, "above 0 and below 1")?;
+    let what = "the spread of participants in logits";
+    must(what, plan.logit_sd, 0.0..=10.0, "0 to 10")?;
+    let what = "the number of simulated studies";
+    must(
+        what,
+        studies as f64,
+        FEWEST_STUDIES as f64..,
+        "at least 100",
+    )
 }
 
 /// The half-width of the 95 % interval of a mean rating over `participants` people, Student's t, as a share of a scale of `range`
@@ -257,13 +224,7 @@ pub(super) fn rating_half_width(
         logit_sd,
     };
     check(&plan, FEWEST_STUDIES)?;
-    if range == 0 {
-        return Err(DesignError::OutOfRange {
-            what: "the steps of a scale",
-            found: 0.0,
-            expected: "1 or more",
-        });
-    }
+    must("the steps of a scale", range as f64, 1.0.., "1 or more")?;
     let Some(quantile) = t_quantile(participants - 1) else {
         return Ok(0.5);
     };

@@ -42,28 +42,9 @@ pub enum SequenceRule {
     },
 }
 
-/// The sequences of one length.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-pub struct LengthShare {
-    /// The number of stimuli.
-    pub length: usize,
-    /// The number of different sequences, all equally probable.
-    pub sequences: usize,
-    /// How many of them hold every sample of the set exactly once.
-    pub permutations: usize,
-    /// How many of them leave one possibility for the last stimulus once the others are known.
-    pub forced: usize,
-}
-
 /// The exact distribution of the sequences of a rule: the lengths are equally probable, and so are the sequences of a length.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SequenceDistribution {
-    /// The size of the set.
-    pub set_size: usize,
-    /// The lengths.
-    pub lengths: Vec<LengthShare>,
     /// The mean length.
     pub mean_length: f64,
     /// The share of sequences that hold every sample exactly once.
@@ -157,31 +138,21 @@ pub fn sequence_distribution(
     rule: &SequenceRule,
     set_size: usize,
 ) -> Result<SequenceDistribution, DesignError> {
-    let mut lengths = Vec::new();
-    for all in enumerated(rule, set_size)? {
-        // In lexical order, sequences that differ in the last stimulus alone stand side by side.
-        let forced = all.chunk_by(|a, b| a[..a.len() - 1] == b[..b.len() - 1]);
-        lengths.push(LengthShare {
-            length: all.first().map_or(0, Vec::len),
-            sequences: all.len(),
-            permutations: all
-                .iter()
-                .filter(|one| is_permutation(one, set_size))
-                .count(),
-            forced: forced.filter(|same| same.len() == 1).count(),
-        });
-    }
-    let n = lengths.len() as f64;
-    let share = |count: fn(&LengthShare) -> usize| {
-        let of = |l: &LengthShare| count(l) as f64 / l.sequences as f64;
-        lengths.iter().map(of).sum::<f64>() / n
+    let by_length = enumerated(rule, set_size)?;
+    let mean = |of: &dyn Fn(&[Vec<usize>]) -> f64| {
+        by_length.iter().map(|all| of(all)).sum::<f64>() / by_length.len() as f64
+    };
+    let share = |count: fn(&[Vec<usize>], usize) -> usize| {
+        mean(&|all| count(all, set_size) as f64 / all.len() as f64)
     };
     Ok(SequenceDistribution {
-        set_size,
-        mean_length: lengths.iter().map(|l| l.length as f64).sum::<f64>() / n,
-        permutation_share: share(|l| l.permutations),
-        forced_share: share(|l| l.forced),
-        lengths,
+        mean_length: mean(&|all| all.first().map_or(0, Vec::len) as f64),
+        permutation_share: share(|all, n| all.iter().filter(|one| is_permutation(one, n)).count()),
+        // In lexical order, sequences that differ in the last stimulus alone stand side by side.
+        forced_share: share(|all, _| {
+            let alike = all.chunk_by(|a, b| a[..a.len() - 1] == b[..b.len() - 1]);
+            alike.filter(|same| same.len() == 1).count()
+        }),
     })
 }
 
@@ -197,8 +168,8 @@ mod tests {
     #[test]
     fn sequences_are_counted() {
         let stated = sequence_distribution(&TRIPLETS, 3).unwrap();
-        assert_eq!(stated.lengths[0].sequences, 27);
-        assert_eq!(stated.lengths[1].sequences, 81);
+        let counts = enumerated(&TRIPLETS, 3).unwrap();
+        assert_eq!([counts[0].len(), counts[1].len()], [27, 81]);
         assert!((stated.permutation_share - 0.5 * 6.0 / 27.0).abs() < 1e-15);
         assert!(stated.forced_share.abs() < 1e-15);
     }

@@ -2,51 +2,23 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use serde::Serialize;
-
 use super::error::DesignError;
 
-/// Samples, and sets of them that fit on the tray. Sets hold indices of samples.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-pub struct SampleSets {
-    samples: Vec<String>,
-    sets: Vec<Vec<usize>>,
-}
-
-impl SampleSets {
-    /// `sets` of `samples` by name, on a tray that holds `tray` samples.
-    ///
-    /// # Errors
-    ///
-    /// Fewer than two samples, one named twice, no set, a set with an unknown sample, the same one twice, fewer than two or
-    /// more than the tray holds.
-    pub fn new(samples: &[String], sets: &[Vec<String>], tray: usize) -> Result<Self, DesignError> {
-        let index = index(samples)?;
-        if sets.is_empty() {
-            return Err(DesignError::NoSets);
-        }
-        let mut known = Vec::with_capacity(sets.len());
-        for (i, set) in sets.iter().enumerate() {
-            known.push(one_set(&index, set, i + 1, tray)?);
-        }
-        Ok(Self {
-            samples: samples.to_vec(),
-            sets: known,
-        })
-    }
-
-    /// The names of the samples.
-    #[must_use]
-    pub fn samples(&self) -> &[String] {
-        &self.samples
-    }
-
-    /// The sets, as indices of samples.
-    #[must_use]
-    pub fn sets(&self) -> &[Vec<usize>] {
-        &self.sets
-    }
+/// `sets` of `samples` by name on a tray that holds `tray` samples, as indices of samples.
+///
+/// # Errors
+///
+/// Fewer than two samples, one named twice, a set with an unknown sample, the same one twice, fewer than two or more than the tray holds.
+pub(super) fn indexed(
+    samples: &[String],
+    sets: &[Vec<String>],
+    tray: usize,
+) -> Result<Vec<Vec<usize>>, DesignError> {
+    let index = index(samples)?;
+    let numbered = sets.iter().enumerate();
+    numbered
+        .map(|(i, set)| one_set(&index, set, i + 1, tray))
+        .collect()
 }
 
 fn index(samples: &[String]) -> Result<BTreeMap<&str, usize>, DesignError> {
@@ -120,13 +92,9 @@ mod tests {
         let samples = names("a b c d");
         let of = |sets: &[&str]| {
             let sets: Vec<Vec<String>> = sets.iter().map(|set| names(set)).collect();
-            SampleSets::new(&samples, &sets, 3)
+            indexed(&samples, &sets, 3)
         };
-        assert_eq!(
-            of(&["a b", "d c b"]).unwrap().sets(),
-            [vec![0, 1], vec![3, 2, 1]]
-        );
-        assert_eq!(of(&[]), Err(DesignError::NoSets));
+        assert_eq!(of(&["a b", "d c b"]), Ok(vec![vec![0, 1], vec![3, 2, 1]]));
         assert_eq!(
             of(&["a b", ""]),
             Err(DesignError::SetTooSmall { set: 2, found: 0 })
@@ -147,7 +115,7 @@ mod tests {
             Err(DesignError::SampleTwiceInSet { .. })
         ));
         assert!(matches!(
-            SampleSets::new(&names("a b a"), &[names("a b")], 3),
+            indexed(&names("a b a"), &[names("a b")], 3),
             Err(DesignError::SampleTwice { .. })
         ));
     }

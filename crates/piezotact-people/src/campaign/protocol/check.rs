@@ -4,6 +4,7 @@ mod compare;
 mod limits;
 
 use std::collections::BTreeSet;
+use std::ops::{Bound, RangeBounds};
 
 use super::reference::misfit;
 use super::{Block, FORM, Labels, Method, Over, Protocol, Sequence, Task, TaskKind};
@@ -169,29 +170,21 @@ fn check(protocol: &Protocol) -> Result<(), ProtocolError> {
             found: protocol.form,
         });
     }
+    let (samples, tasks) = (&protocol.samples, &protocol.tasks);
     all_named("the protocol", [protocol.name.as_str()])?;
     limits::counts(protocol)?;
-    distinct("the samples", "sample", &protocol.samples)?;
-    at_least_one("the samples", protocol.samples.len())?;
+    distinct("the samples", "sample", samples)?;
+    at_least_one("the samples", samples.len())?;
     known_samples(protocol, "orientation", protocol.orientation.keys())?;
     at_least_one("tray_slots", protocol.tray_slots)?;
     at_least_one("panel.participants", protocol.panel.participants as usize)?;
-    hours(
-        "resuming.refused_after_hours",
-        protocol.resuming.refused_after_hours,
-    )?;
+    let hours = protocol.resuming.refused_after_hours;
+    positive("resuming.refused_after_hours", hours)?;
     stimuli(protocol)?;
     sets(protocol)?;
-    distinct(
-        "the tasks",
-        "task",
-        protocol.tasks.iter().map(|task| &task.name),
-    )?;
-    at_least_one("the tasks", protocol.tasks.len())?;
-    protocol
-        .tasks
-        .iter()
-        .try_for_each(|one| task(protocol, one))?;
+    distinct("the tasks", "task", tasks.iter().map(|task| &task.name))?;
+    at_least_one("the tasks", tasks.len())?;
+    tasks.iter().try_for_each(|one| task(protocol, one))?;
     limits::rendering(protocol)?;
     sessions(protocol)?;
     limits::numbers(protocol)?;
@@ -202,15 +195,11 @@ fn check(protocol: &Protocol) -> Result<(), ProtocolError> {
 /// A design that is judged by a session that does not exist would have no fault.
 fn aims(protocol: &Protocol) -> Result<(), ProtocolError> {
     let aims = &protocol.aims;
-    if protocol.session(&aims.session).is_none() {
-        return Err(unknown("aims", "session", &aims.session));
-    }
+    let is_session = |name: &String| protocol.session(name).is_some();
+    known("aims", "session", [&aims.session], is_session)?;
     let compared = aims.comparisons.iter().flat_map(|one| &one.tasks);
-    let mut tasks = compared.chain(&aims.earlier_tasks);
-    match tasks.find(|task| protocol.task(task).is_none()) {
-        None => Ok(()),
-        Some(task) => Err(unknown("aims", "task", task)),
-    }
+    let tasks = compared.chain(&aims.earlier_tasks);
+    known("aims", "task", tasks, |name| protocol.task(name).is_some())
 }
 
 fn sessions(protocol: &Protocol) -> Result<(), ProtocolError> {
@@ -218,14 +207,10 @@ fn sessions(protocol: &Protocol) -> Result<(), ProtocolError> {
     distinct("the sessions", "session", names)?;
     at_least_one("the sessions", protocol.sessions.len())?;
     for session in &protocol.sessions {
-        let place = format!("session {}", session.name);
-        distinct(
-            &place,
-            "block",
-            session.blocks.iter().map(|block| &block.name),
-        )?;
-        at_least_one(&format!("{place}: blocks"), session.blocks.len())?;
-        for one in &session.blocks {
+        let (place, blocks) = (format!("session {}", session.name), &session.blocks);
+        distinct(&place, "block", blocks.iter().map(|block| &block.name))?;
+        at_least_one(&format!("{place}: blocks"), blocks.len())?;
+        for one in blocks {
             block(protocol, &format!("{place}, block {}", one.name), one)?;
         }
     }
@@ -233,50 +218,37 @@ fn sessions(protocol: &Protocol) -> Result<(), ProtocolError> {
 }
 
 fn stimuli(protocol: &Protocol) -> Result<(), ProtocolError> {
-    let names = protocol
-        .samples
-        .iter()
-        .chain(protocol.stimuli.iter().map(|stimulus| &stimulus.name));
+    let made = protocol.stimuli.iter().map(|stimulus| &stimulus.name);
+    let names = protocol.samples.iter().chain(made);
     distinct("samples and stimuli", "stimulus", names)?;
     for stimulus in &protocol.stimuli {
         let place = format!("stimulus {}", stimulus.name);
-        known_samples(
-            protocol,
-            &place,
-            stimulus.samples().chain(&stimulus.expected),
-        )?;
+        let samples = stimulus.samples().chain(&stimulus.expected);
+        known_samples(protocol, &place, samples)?;
         if [&stimulus.spectrum_of, &stimulus.level_of].contains(&&Some(stimulus.of.clone())) {
-            return Err(ProtocolError::Place {
-                place,
-                why: format!(
-                    "`spectrum_of` and `level_of` name another sample than {}, which it is made of: leave out the one that names it",
-                    stimulus.of
-                ),
-            });
+            let why = format!(
+                "`spectrum_of` and `level_of` name another sample than {}, which it is made of: leave out the one that names it",
+                stimulus.of
+            );
+            return refused(&place, why);
         }
         if stimulus.rms_db.is_some() && (stimulus.level_of.is_some() || stimulus.gain_db.is_some())
         {
-            return Err(ProtocolError::Place {
-                place,
-                why: "`rms_db` states the level alone: leave out `level_of` and `gain_db`, or `rms_db`".to_owned(),
-            });
+            let why =
+                "`rms_db` states the level alone: leave out `level_of` and `gain_db`, or `rms_db`";
+            return refused(&place, why);
         }
         let band_db = stimulus.band.and_then(|band| band.gain_db);
-        for (what, found, (least, most), expected) in [
-            ("gain_db", stimulus.gain_db, (-60.0, 60.0), "-60 to 60"),
-            ("rms_db", stimulus.rms_db, (-60.0, 40.0), "-60 to 40"),
-            ("band.gain_db", band_db, (-60.0, 60.0), "-60 to 60"),
-            ("warp", stimulus.warp, (0.1, 10.0), "0.1 to 10"),
-            (
-                "shift_hz",
-                stimulus.shift_hz,
-                (-1000.0, 1000.0),
-                "-1000 to 1000",
-            ),
+        for (what, found, within, expected) in [
+            ("gain_db", stimulus.gain_db, -60.0..=60.0, "-60 to 60"),
+            ("rms_db", stimulus.rms_db, -60.0..=40.0, "-60 to 40"),
+            ("band.gain_db", band_db, -60.0..=60.0, "-60 to 60"),
+            ("warp", stimulus.warp, 0.1..=10.0, "0.1 to 10"),
+            ("shift_hz", stimulus.shift_hz, -1e3..=1e3, "-1000 to 1000"),
         ] {
-            let wrong = found.filter(|found| !(least..=most).contains(found));
-            if let Some(wrong) = wrong {
-                return Err(number(&format!("{place}: {what}"), expected, wrong));
+            if let Some(found) = found {
+                let place = format!("{place}: {what}");
+                must(&place, found, within, expected)?;
             }
         }
     }
@@ -285,26 +257,36 @@ fn stimuli(protocol: &Protocol) -> Result<(), ProtocolError> {
 
 fn sets(protocol: &Protocol) -> Result<(), ProtocolError> {
     distinct("the sets", "set", protocol.sets.iter().map(|set| &set.name))?;
-    for set in &protocol.sets {
+    protocol.sets.iter().try_for_each(|set| {
         let place = format!("set {}", set.name);
-        known_samples(protocol, &place, &set.samples)?;
-        distinct(&place, "sample", &set.samples)?;
-        at_least_one(&place, set.samples.len())?;
-        fits_tray(protocol, &set.name, set.samples.len())?;
-    }
-    Ok(())
+        group(protocol, &place, &set.name, &set.samples)
+    })
+}
+
+/// Samples that are on the tray together.
+fn group(
+    protocol: &Protocol,
+    place: &str,
+    name: &str,
+    samples: &[String],
+) -> Result<(), ProtocolError> {
+    known_samples(protocol, place, samples)?;
+    distinct(place, "sample", samples)?;
+    at_least_one(place, samples.len())?;
+    fits_tray(protocol, name, samples.len())
 }
 
 fn task(protocol: &Protocol, task: &Task) -> Result<(), ProtocolError> {
     let place = format!("task {}", task.name);
-    if !(task.seconds_per_trial > 0.0 && task.seconds_per_trial <= 7200.0) {
-        let place = format!("{place}: seconds_per_trial");
-        return Err(number(
-            &place,
-            "more than 0 and at most 7200",
-            task.seconds_per_trial,
-        ));
-    }
+    let of = |what: &str| format!("{place}: {what}");
+    let found = task.seconds_per_trial;
+    let range = (Bound::Excluded(0.0), Bound::Included(7200.0));
+    must(
+        &of("seconds_per_trial"),
+        found,
+        range,
+        "more than 0 and at most 7200",
+    )?;
     let renders = matches!(
         task.kind,
         TaskKind::Associate { .. } | TaskKind::Compare { .. }
@@ -323,16 +305,12 @@ fn task(protocol: &Protocol, task: &Task) -> Result<(), ProtocolError> {
         }
     );
     if task.may_not_know && is_adaptive {
-        return Err(ProtocolError::Place {
-            place: format!("{place}: may_not_know"),
-            why: "an adaptive method needs an answer in each trial: leave it out, and ask the participant to guess".to_owned(),
-        });
+        let why = "an adaptive method needs an answer in each trial: leave it out, and ask the participant to guess";
+        return refused(&of("may_not_know"), why);
     }
     match &task.kind {
-        TaskKind::Touch { strokes } => count(&format!("{place}: strokes"), *strokes),
-        TaskKind::Identify { presentations } => {
-            count(&format!("{place}: presentations"), *presentations)
-        }
+        TaskKind::Touch { strokes } => count(&of("strokes"), *strokes),
+        TaskKind::Identify { presentations } => count(&of("presentations"), *presentations),
         TaskKind::Order { from, to, .. } => all_named(&place, [from.as_str(), to.as_str()]),
         TaskKind::Associate { sequence, labels } => {
             if let Labels::OwnOrder { task: order } = labels {
@@ -348,11 +326,8 @@ fn task(protocol: &Protocol, task: &Task) -> Result<(), ProtocolError> {
             method,
             next_after_s,
         } => {
-            if let Some(pause_s) = next_after_s
-                && !(*pause_s >= 0.5 && *pause_s <= 60.0)
-            {
-                let place = format!("{place}: next_after_s");
-                return Err(number(&place, "0.5 to 60", pause_s));
+            if let Some(pause_s) = next_after_s {
+                must(&of("next_after_s"), *pause_s, 0.5..=60.0, "0.5 to 60")?;
             }
             compare::method(protocol, &place, *question, method)
         }
@@ -361,16 +336,13 @@ fn task(protocol: &Protocol, task: &Task) -> Result<(), ProtocolError> {
             at_most,
         } => {
             distinct(&place, "descriptor", descriptors)?;
-            if !(1..=descriptors.len()).contains(&(*at_most as usize)) {
-                let place = format!("{place}: at_most");
-                return Err(number(&place, "1 to the number of descriptors", *at_most));
-            }
-            Ok(())
+            let (range, expected) = (1..=descriptors.len(), "1 to the number of descriptors");
+            must(&of("at_most"), *at_most as usize, range, expected)
         }
-        TaskKind::Rate { from, to, .. } if from >= to => {
-            Err(number(&format!("{place}: to"), "more than `from`", to))
+        TaskKind::Rate { from, to, .. } => {
+            let above = (Bound::Excluded(*from), Bound::Unbounded);
+            must(&of("to"), *to, above, "more than `from`")
         }
-        TaskKind::Rate { .. } => Ok(()),
     }
 }
 
@@ -382,11 +354,10 @@ fn check_sequence(
     match sequence {
         Sequence::Balanced => Ok(()),
         Sequence::Drawn { lengths } => {
-            at_least_one(&format!("{place}: lengths"), lengths.len())?;
-            match lengths.iter().find(|length| !(1..=100).contains(*length)) {
-                None => Ok(()),
-                Some(length) => Err(number(&format!("{place}: lengths"), "1 to 100", length)),
-            }
+            let place = format!("{place}: lengths");
+            at_least_one(&place, lengths.len())?;
+            let fits = |length: &usize| must(&place, *length, 1..=100, "1 to 100");
+            lengths.iter().try_for_each(fits)
         }
         Sequence::Fixed { tests } => {
             at_least_one(&format!("{place}: tests"), tests.len())?;
@@ -394,22 +365,15 @@ fn check_sequence(
                 let Some(set) = protocol.set(&test.set) else {
                     return Err(unknown(place, "set", &test.set));
                 };
-                at_least_one(
-                    &format!("{place}: test of set {}", test.set),
-                    test.stimuli.len(),
-                )?;
-                known_stimuli(protocol, place, &test.stimuli)?;
-                let foreign = test.stimuli.iter().find(|stimulus| {
+                let stimuli = &test.stimuli;
+                at_least_one(&format!("{place}: test of set {}", test.set), stimuli.len())?;
+                known_stimuli(protocol, place, stimuli)?;
+                let is_own = |stimulus: &String| {
                     let of = protocol.sample_of(stimulus).unwrap_or_default();
-                    !set.samples.iter().any(|sample| sample == of)
-                });
-                if let Some(stimulus) = foreign {
-                    return Err(unknown(
-                        &format!("{place}, test of set {}", test.set),
-                        "stimulus of the set",
-                        stimulus,
-                    ));
-                }
+                    set.samples.iter().any(|sample| sample == of)
+                };
+                let place = format!("{place}, test of set {}", test.set);
+                known(&place, "stimulus of the set", stimuli, is_own)?;
             }
             Ok(())
         }
@@ -439,23 +403,15 @@ fn block(protocol: &Protocol, place: &str, block: &Block) -> Result<(), Protocol
     }
     match &block.over {
         Over::AllSamples => fits_tray(protocol, "of all samples", protocol.samples.len()),
-        Over::Samples(samples) => {
-            known_samples(protocol, place, samples)?;
-            distinct(place, "sample", samples)?;
-            at_least_one(place, samples.len())?;
-            fits_tray(protocol, &block.name, samples.len())
-        }
+        Over::Samples(samples) => group(protocol, place, &block.name, samples),
         Over::EverySet => at_least_one("the sets", protocol.sets.len()),
         Over::SharesOfSets(shares) => {
             at_least_one(&format!("{place}: shares"), shares.len())?;
-            for share in shares {
+            shares.iter().try_for_each(|share| {
                 at_least_one(&format!("{place}: a share"), share.len())?;
                 distinct(place, "set", share)?;
-                if let Some(set) = share.iter().find(|set| protocol.set(set).is_none()) {
-                    return Err(unknown(place, "set", set));
-                }
-            }
-            Ok(())
+                known(place, "set", share, |set| protocol.set(set).is_some())
+            })
         }
     }
 }
@@ -471,18 +427,26 @@ fn fits_tray(protocol: &Protocol, set: &str, found: usize) -> Result<(), Protoco
     }
 }
 
+/// All `names` are those of something declared.
+fn known<'a>(
+    place: &str,
+    what: &'static str,
+    names: impl IntoIterator<Item = &'a String>,
+    is_known: impl Fn(&String) -> bool,
+) -> Result<(), ProtocolError> {
+    match names.into_iter().find(|name| !is_known(name)) {
+        None => Ok(()),
+        Some(name) => Err(unknown(place, what, name)),
+    }
+}
+
 fn known_samples<'a>(
     protocol: &Protocol,
     place: &str,
     samples: impl IntoIterator<Item = &'a String>,
 ) -> Result<(), ProtocolError> {
-    match samples
-        .into_iter()
-        .find(|sample| !protocol.samples.contains(sample))
-    {
-        None => Ok(()),
-        Some(sample) => Err(unknown(place, "sample", sample)),
-    }
+    let is_known = |sample: &String| protocol.samples.contains(sample);
+    known(place, "sample", samples, is_known)
 }
 
 fn known_stimuli<'a>(
@@ -490,13 +454,8 @@ fn known_stimuli<'a>(
     place: &str,
     stimuli: impl IntoIterator<Item = &'a String>,
 ) -> Result<(), ProtocolError> {
-    match stimuli
-        .into_iter()
-        .find(|stimulus| protocol.sample_of(stimulus).is_none())
-    {
-        None => Ok(()),
-        Some(stimulus) => Err(unknown(place, "stimulus", stimulus)),
-    }
+    let is_known = |stimulus: &String| protocol.sample_of(stimulus).is_some();
+    known(place, "stimulus", stimuli, is_known)
 }
 
 /// All names can be names, and none stands twice.
@@ -542,34 +501,42 @@ fn all_named<'a>(
 }
 
 fn at_least_one(place: &str, found: usize) -> Result<(), ProtocolError> {
-    match found {
-        0 => Err(number(place, "at least 1", 0)),
-        _ => Ok(()),
-    }
+    must(place, found, 1.., "at least 1")
 }
 
 /// How often something is done, which no session does more often.
 fn count(place: &str, found: u32) -> Result<(), ProtocolError> {
-    match found {
-        1..=1000 => Ok(()),
-        _ => Err(number(place, "1 to 1000", found)),
-    }
+    must(place, found, 1..=1000, "1 to 1000")
 }
 
-/// A time that has to be positive and finite.
-fn hours(place: &str, found_s: f64) -> Result<(), ProtocolError> {
-    match found_s > 0.0 && found_s.is_finite() {
+/// A number that has to be positive and finite.
+fn positive(place: &str, found: f64) -> Result<(), ProtocolError> {
+    let range = (Bound::Excluded(0.0), Bound::Excluded(f64::INFINITY));
+    must(place, found, range, "more than 0")
+}
+
+/// A number that has to be in its range; one that is none is in no range.
+fn must<T: PartialOrd + ToString>(
+    place: &str,
+    found: T,
+    within: impl RangeBounds<T>,
+    expected: &'static str,
+) -> Result<(), ProtocolError> {
+    match within.contains(&found) {
         true => Ok(()),
-        false => Err(number(place, "more than 0", found_s)),
+        false => Err(ProtocolError::Number {
+            place: place.to_owned(),
+            expected,
+            found: found.to_string(),
+        }),
     }
 }
 
-fn number(place: &str, expected: &'static str, found: impl ToString) -> ProtocolError {
-    ProtocolError::Number {
+fn refused(place: &str, why: impl Into<String>) -> Result<(), ProtocolError> {
+    Err(ProtocolError::Place {
         place: place.to_owned(),
-        expected,
-        found: found.to_string(),
-    }
+        why: why.into(),
+    })
 }
 
 fn unknown(place: &str, what: &'static str, name: &str) -> ProtocolError {

@@ -11,7 +11,7 @@ use piezotact::manipulate::{
 use piezotact::quantity::{Acceleration, Band, Decibels, Hertz};
 use serde::{Deserialize, Serialize};
 
-use super::{Method, Over, Protocol, Sequence, Task, TaskKind, TransferFunctionUse};
+use super::{Method, Protocol, Sequence, Task, TaskKind, TransferFunctionUse};
 
 /// A rendered stimulus. That of a sample as it was touched has the name of the sample, and is not listed. What is stated is done in the
 /// order of the fields.
@@ -270,19 +270,8 @@ impl Protocol {
     pub fn touched_in(&self, task: &Task) -> Vec<&String> {
         let blocks = self.sessions.iter().flat_map(|session| &session.blocks);
         let blocks = blocks.filter(|block| block.tasks.contains(&task.name));
-        let in_set = |name: &String| self.set(name).into_iter().flat_map(|set| &set.samples);
-        let used: BTreeSet<&String> = blocks
-            .flat_map(|block| -> Vec<&String> {
-                match &block.over {
-                    Over::AllSamples => self.samples.iter().collect(),
-                    Over::Samples(samples) => samples.iter().collect(),
-                    Over::EverySet => self.sets.iter().flat_map(|set| &set.samples).collect(),
-                    Over::SharesOfSets(shares) => {
-                        shares.iter().flatten().flat_map(in_set).collect()
-                    }
-                }
-            })
-            .collect();
+        let groups = blocks.flat_map(|block| self.groups(&block.over)).flatten();
+        let used: BTreeSet<&String> = groups.flat_map(|group| group.samples).collect();
         let all = self.samples.iter();
         all.filter(|sample| used.contains(sample)).collect()
     }

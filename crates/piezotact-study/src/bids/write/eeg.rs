@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use piezotact::page::{Cell, Column, Table};
 use piezotact::quantity::{Seconds, Unit};
 use piezotact::recording::{BenchKind, EventValue, Recording};
+use piezotact_people::campaign::dictionary::columns_of;
 use piezotact_people::eeg::reference::Montage;
 use serde_json::json;
 
@@ -15,7 +16,7 @@ use super::super::privacy::carried;
 use super::super::table::tsv_text;
 use super::super::{NOTHING, PROGRAM};
 use super::BidsWriter;
-use super::texts::column;
+use super::parts::sidecars;
 use piezotact_dataset::eeg::{ChannelRow, markers_of, write_brainvision};
 
 /// The radius of the head on which template positions stand, in m.
@@ -208,31 +209,7 @@ impl BidsWriter<'_> {
         }
         let file = of.file_in("eeg", "events", "tsv");
         self.folder.put_text(&file, &tsv_text(&events, &file)?)?;
-        let columns = BTreeMap::from([
-            (
-                "onset",
-                column(&("s", "Onset after the first sample of the recording.")),
-            ),
-            ("duration", column(&("s", "How long the event lasts."))),
-            (
-                "trial_type",
-                column(&("", "Kind of the event, as the recording calls it.")),
-            ),
-            (
-                "value",
-                column(&(
-                    "",
-                    "Value of the event: the surface, or the code of the marker.",
-                )),
-            ),
-            (
-                "sample",
-                column(&(
-                    "",
-                    "The nearest sample, from 0; markers of BrainVision stand on samples.",
-                )),
-            ),
-        ]);
+        let columns = sidecars(&columns_of("eeg_events"));
         self.folder
             .put_json(&of.file_in("eeg", "events", "json"), &columns)
     }

@@ -95,13 +95,6 @@ pub(super) fn sidecars(meanings: &BTreeMap<String, ColumnMeaning>) -> Columns {
         .collect()
 }
 
-pub(super) fn described(text: &str) -> ColumnSidecar {
-    ColumnSidecar::from(ColumnMeaning {
-        description: text.to_owned(),
-        ..ColumnMeaning::default()
-    })
-}
-
 /// The names of channels as they may be carried.
 pub(super) fn names_carried(channels: &[&Channel]) -> Vec<String> {
     let names = channels.iter().map(|channel| carried(&channel.name));

@@ -4,71 +4,33 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use piezotact::number::counted;
-use piezotact_people::campaign::dictionary::ColumnMeaning;
+use piezotact_people::campaign::dictionary::columns_of;
 use piezotact_people::campaign::protocol::Protocol;
 use serde::Serialize;
 
 use super::super::about::DatasetAbout;
-use super::super::json::{ColumnSidecar, Columns, Tags};
+use super::super::json::{Columns, Tags};
 use super::Exported;
+use super::parts::sidecars;
 
 /// What the program is.
 pub(super) const PROGRAM: &str = "The open instrument for the sense of touch: friction-induced vibrations, measured, rendered and verified.";
 
-/// The columns of the tables of sessions, with unit (empty for a text) and meaning.
-pub(super) const SESSION_COLUMNS: [(&str, (&str, &str)); 12] = [
-    ("session_id", ("", "Session, by the label of the data set.")),
-    (
-        "acq_time",
-        (
-            "",
-            "When the session was begun (UTC), on the participant's shifted calendar, whose first day is 1900-01-01.",
-        ),
-    ),
-    ("session", ("", "Session, by its name in the protocol.")),
-    (
-        "ended",
-        (
-            "",
-            "complete: all trials that are needed were confirmed; ended: before that, or consent was not given; stopped: by participant or experimenter; open: still under way.",
-        ),
-    ),
-    ("confirmed", ("1", "How many trials were confirmed.")),
-    ("planned", ("1", "How many trials were planned and needed.")),
-    (
-        "stated_sex",
-        (
-            "",
-            "Sex in the word of the participant, where it is a common one in English, French or Italian.",
-        ),
-    ),
-    ("age", ("year", "Age; 89 for everybody of 89 or more.")),
-    (
-        "handedness",
-        ("", "Preferred hand, as noted: right, left or both."),
-    ),
-    (
-        "finger",
-        ("", "Finger that touches; n/a for that of the protocol."),
-    ),
-    (
-        "language",
-        ("", "Language of the instructions, as in BCP 47."),
-    ),
-    (
-        "judge",
-        ("", "How a virtual volunteer judges; n/a for a person."),
-    ),
+/// The columns of the tables of sessions.
+pub(super) const SESSION_COLUMNS: [&str; 12] = [
+    "session_id",
+    "acq_time",
+    "session",
+    "ended",
+    "confirmed",
+    "planned",
+    "stated_sex",
+    "age",
+    "handedness",
+    "finger",
+    "language",
+    "judge",
 ];
-
-/// The meaning of a column, of its unit and description.
-pub(super) fn column((unit, description): &(&str, &str)) -> ColumnSidecar {
-    ColumnSidecar::from(ColumnMeaning {
-        description: (*description).to_owned(),
-        units: (!unit.is_empty()).then(|| (*unit).to_owned()),
-        ..ColumnMeaning::default()
-    })
-}
 
 /// What the answers to a task say of it.
 #[derive(Debug, Serialize)]
@@ -81,31 +43,6 @@ pub(super) struct TaskSidecar<'a> {
     #[serde(flatten)]
     pub(super) columns: Columns,
 }
-
-/// The columns of the events of recordings, beside those of trials.
-const RECORDING_EVENTS: [(&str, (&str, &str)); 6] = [
-    (
-        "stroke",
-        ("1", "Number of the stroke in the recording, from 1."),
-    ),
-    (
-        "contact_onset",
-        (
-            "s",
-            "First touch of the stroke; in passive touch the beginning of the motion.",
-        ),
-    ),
-    (
-        "contact_duration",
-        ("s", "From the first touch of the stroke to the last."),
-    ),
-    ("cut_by", ("", "Who cut the stroke: rule or person.")),
-    ("reason", ("", "Why the part was rejected.")),
-    (
-        "value",
-        ("", "Value that the recording states for the event."),
-    ),
-];
 
 /// What the kinds of events are; others are as the recording calls them.
 fn kind_meaning(kind: &str) -> String {
@@ -120,9 +57,7 @@ fn kind_meaning(kind: &str) -> String {
 pub(super) fn with_recording_events(columns: &mut Columns, kinds: &BTreeSet<String>) {
     // Playings have no columns of their own.
     if kinds.iter().any(|kind| kind != "stimulus") {
-        for (name, meaning) in &RECORDING_EVENTS {
-            columns.insert((*name).to_owned(), column(meaning));
-        }
+        columns.extend(sidecars(&columns_of("recording_events")));
     }
     if let Some(kind) = columns.get_mut("trial_type") {
         let known = kinds.iter().map(|kind| (kind.clone(), kind_meaning(kind)));

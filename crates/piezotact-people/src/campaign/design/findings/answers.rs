@@ -2,7 +2,7 @@
 
 use piezotact::criterion::{Criterion, Limit};
 
-use super::super::chance::{Matches, kendall_tau, permutation_matches, tau_null_sd, trial_matches};
+use super::super::chance::{Matches, permutation_matches, tau_null_sd, trial_matches};
 use super::super::description::{Scoring, TaskDescription, TaskKind};
 use super::super::error::DesignError;
 use super::super::fault::{Change, DesignCriterion, Fault};
@@ -198,10 +198,8 @@ impl Work<'_> {
         if scoring == Scoring::ByPositionAndDominance || samples < 2 {
             return Ok(());
         }
-        let key: Vec<usize> = (0..samples).collect();
-        let moved: Vec<usize> = (1..samples).chain([0]).collect();
-        let in_position = key.iter().zip(&moved).filter(|(a, b)| a == b).count();
-        let tau = kendall_tau(&key, &moved).unwrap_or(0.0);
+        // One sample moved from first to last reverses n − 1 of n(n − 1)/2 pairs, and leaves none in position.
+        let tau = (samples as f64 - 4.0) / samples as f64;
         let what = DesignCriterion::PositionsOfOrder {
             task: task.name.clone(),
         };
@@ -212,7 +210,7 @@ impl Work<'_> {
             let fault = Fault::PositionOverstatesConfusion {
                 task,
                 samples,
-                in_position,
+                in_position: 0,
                 tau,
             };
             Ok((fault, Some(work.plan(Change::DominanceBesidePosition))))

@@ -1,82 +1,40 @@
 //! The ranges of a campaign's numbers.
 
 use super::super::description::CampaignDescription;
-use super::super::error::DesignError;
+use super::super::error::{DesignError, above_0_below, must};
 
 pub(super) fn check_numbers(campaign: &CampaignDescription) -> Result<(), DesignError> {
-    let ranges = [
-        ("the wanted power", campaign.aims.power_share, 0.0, 1.0),
-        (
-            "the wanted half-width",
-            campaign.aims.half_width_share,
-            0.0,
-            0.5,
-        ),
-    ];
-    for (what, found, low, high) in ranges {
-        if !(found > low && found < high) {
-            let expected = if high < 1.0 {
-                "above 0 and below 0.5"
-            } else {
-                "above 0 and below 1"
-            };
-            return Err(DesignError::OutOfRange {
-                what,
-                found,
-                expected,
-            });
-        }
-    }
+    let aims = &campaign.aims;
+    let (power, half_width) = (aims.power_share, aims.half_width_share);
+    must(
+        "the wanted power",
+        power,
+        above_0_below(1.0),
+        "above 0 and below 1",
+    )?;
+    let (what, range) = ("the wanted half-width", above_0_below(0.5));
+    must(what, half_width, range, "above 0 and below 0.5")?;
     for task in &campaign.tasks {
-        let found = task.seconds_per_trial;
-        if !(found >= 0.0 && found.is_finite()) {
-            let what = "the time of a trial in seconds";
-            return Err(DesignError::OutOfRange {
-                what,
-                found,
-                expected: "0 or more",
-            });
-        }
-        if (1..=1000).contains(&task.repeats) {
-            continue;
-        }
+        let (what, range) = ("the time of a trial in seconds", 0.0..f64::INFINITY);
+        must(what, task.seconds_per_trial, range, "0 or more")?;
         let what = "the number of repeats of a task";
-        let found = task.repeats as f64;
-        return Err(DesignError::OutOfRange {
-            what,
-            found,
-            expected: "1 to 1000",
-        });
+        must(what, task.repeats as f64, 1.0..=1000.0, "1 to 1000")?;
     }
-    let shared = campaign.sets_shared_over;
-    if shared == 0 || (shared > campaign.sets.len() && shared > 1) {
-        let what = "the number of participants who share the sets";
-        let found = shared as f64;
-        return Err(DesignError::OutOfRange {
-            what,
-            found,
-            expected: "1 up to the number of sets",
-        });
-    }
+    let what = "the number of participants who share the sets";
+    let (shared, most) = (
+        campaign.sets_shared_over as f64,
+        campaign.sets.len().max(1) as f64,
+    );
+    must(what, shared, 1.0..=most, "1 up to the number of sets")?;
     for comparison in &campaign.comparisons {
-        let found = comparison.smallest_effect_ratio;
-        if !(found > 0.0 && found.is_finite()) {
-            let what = "the smallest effect";
-            return Err(DesignError::OutOfRange {
-                what,
-                found,
-                expected: "above 0",
-            });
-        }
+        let (found, range) = (
+            comparison.smallest_effect_ratio,
+            above_0_below(f64::INFINITY),
+        );
+        must("the smallest effect", found, range, "above 0")?;
     }
-    if campaign.participants == 0 {
-        return Err(DesignError::OutOfRange {
-            what: "the number of participants",
-            found: 0.0,
-            expected: "1 or more",
-        });
-    }
-    Ok(())
+    let (what, people) = ("the number of participants", campaign.participants as f64);
+    must(what, people, 1.0.., "1 or more")
 }
 
 /// The most answers of one participant to one task: the distribution of those that are right by chance takes the square of it.
@@ -115,35 +73,19 @@ fn at_most(what: &'static str, found: usize, most: usize) -> Result<(), DesignEr
 }
 
 pub(super) fn check_order(samples: usize) -> Result<(), DesignError> {
-    if (2..=100).contains(&samples) {
-        return Ok(());
-    }
-    let found = samples as f64;
-    Err(DesignError::OutOfRange {
-        what: "the number of samples to order",
-        found,
-        expected: "2 to 100",
-    })
+    let what = "the number of samples to order";
+    must(what, samples as f64, 2.0..=100.0, "2 to 100")
 }
 
 pub(super) fn check_trials(alternatives: usize, trials: usize) -> Result<(), DesignError> {
-    if alternatives >= 2 && (1..=5000).contains(&trials) {
-        return Ok(());
-    }
-    let (what, found, expected) = if alternatives < 2 {
-        (
-            "the number of possible answers",
-            alternatives as f64,
-            "2 or more",
-        )
-    } else {
-        ("the number of trials", trials as f64, "1 to 5000")
-    };
-    Err(DesignError::OutOfRange {
-        what,
-        found,
-        expected,
-    })
+    let what = "the number of possible answers";
+    must(what, alternatives as f64, 2.0.., "2 or more")?;
+    must(
+        "the number of trials",
+        trials as f64,
+        1.0..=5000.0,
+        "1 to 5000",
+    )
 }
 
 #[cfg(test)]

@@ -1,11 +1,11 @@
 //! Comparisons of tasks: their order, their power, and the cells of crossed factors.
 
-use piezotact::criterion::{Criterion, Limit, Outcome};
+use piezotact::criterion::{Criterion, Limit};
 
 use super::super::description::Comparison;
 use super::super::error::DesignError;
-use super::super::fault::{BetterPlan, Change, DesignCriterion, Fault, FoundFault};
-use super::super::orders::{Crossing, crossing, order_balance, williams_orders};
+use super::super::fault::{Change, DesignCriterion, Fault};
+use super::super::orders::{crossing, only_positions, williams_orders};
 use super::super::precision::{paired_power, participants_for_power};
 use super::Work;
 use super::report::ComparisonPower;
@@ -14,18 +14,12 @@ impl Work<'_> {
     /// Fault 6: a task that always has the same position among those it is compared with.
     pub(super) fn order(&mut self, comparison: &Comparison) -> Result<(), DesignError> {
         let names = &comparison.tasks;
+        let described = self.campaign.tasks.iter().map(|task| &task.name);
         for name in names
             .iter()
             .chain(self.campaign.task_orders.iter().flatten())
         {
-            if self
-                .campaign
-                .tasks
-                .iter()
-                .filter(|task| task.name == *name)
-                .count()
-                != 1
-            {
+            if described.clone().filter(|known| *known == name).count() != 1 {
                 return Err(DesignError::UnknownTask { task: name.clone() });
             }
         }
@@ -47,9 +41,10 @@ impl Work<'_> {
                 .collect()
         };
         let orders: Vec<Vec<usize>> = self.campaign.task_orders.iter().map(among).collect();
-        let balance = order_balance(names.len(), &orders)?;
-        let fixed: Vec<(usize, usize)> = (0..names.len())
-            .filter_map(|i| balance.only_position(i).map(|at| (i, at)))
+        let positions = only_positions(names.len(), &orders)?.into_iter();
+        let fixed: Vec<(usize, usize)> = positions
+            .enumerate()
+            .filter_map(|(i, at)| Some((i, at?)))
             .collect();
         let criterion =
             Criterion::new(what, "tasks", fixed.len() as f64, None, Limit::at_most(0.0));
@@ -70,7 +65,7 @@ impl Work<'_> {
     }
 
     /// Fault 7: the power of a comparison.
-    pub(super) fn power(&mut self, comparison: &Comparison) {
+    pub(super) fn power(&mut self, comparison: &Comparison) -> Result<(), DesignError> {
         let participants = self.campaign.participants;
         let effect_ratio = comparison.smallest_effect_ratio;
         // One participant shows no spread: nothing is found.
@@ -86,67 +81,38 @@ impl Work<'_> {
             tasks: tasks.clone(),
         };
         let criterion = Criterion::new(what, "", power_share, None, Limit::at_least(wanted_share));
-        self.report.criteria.push(criterion.clone());
-        if criterion.outcome != Outcome::NotMet {
-            return;
-        }
-        let better = participants_for_power(effect_ratio, wanted_share).map(|n| BetterPlan {
-            participants: [participants, n],
-            ..self.plan(Change::Participants { participants: n })
-        });
-        let fault = Fault::PowerTooLow {
-            tasks,
-            participants,
-            effect_ratio,
-            power_share,
-            wanted_share,
-        };
-        self.report.faults.push(FoundFault {
-            fault,
-            criterion,
-            better,
-        });
+        self.judge(criterion, |work| {
+            let better = participants_for_power(effect_ratio, wanted_share)
+                .map(|participants| work.with_participants(participants));
+            let fault = Fault::PowerTooLow {
+                tasks,
+                participants,
+                effect_ratio,
+                power_share,
+                wanted_share,
+            };
+            Ok((fault, better))
+        })
     }
 
     /// Fault 6: cells that the participants do not fill equally.
     pub(super) fn crossing(&mut self) -> Result<(), DesignError> {
-        if self.campaign.counterbalanced.is_empty() {
+        let factors = &self.campaign.counterbalanced;
+        if factors.is_empty() {
             return Ok(());
         }
-        let orders: Vec<usize> = self
-            .campaign
-            .counterbalanced
-            .iter()
-            .map(|f| f.orders)
-            .collect();
+        let orders: Vec<usize> = factors.iter().map(|factor| factor.orders).collect();
         let found = crossing(&orders, self.campaign.participants)?;
         self.report.crossing = Some(found);
         let left = found.left_over as f64;
-        let criterion = Criterion::new(
-            DesignCriterion::CellsFilled,
-            "participants",
-            left,
-            None,
-            Limit::at_most(0.0),
-        );
+        let (what, none) = (DesignCriterion::CellsFilled, Limit::at_most(0.0));
+        let criterion = Criterion::new(what, "participants", left, None, none);
         self.judge(criterion, |work| {
-            let Crossing {
-                cells,
-                participants,
-                next_balanced,
-                ..
-            } = found;
-            let mut better = work.plan(Change::Participants {
-                participants: next_balanced,
-            });
-            better.participants[1] = next_balanced;
-            Ok((
-                Fault::CannotBeBalanced {
-                    cells,
-                    participants,
-                },
-                Some(better),
-            ))
+            let fault = Fault::CannotBeBalanced {
+                cells: found.cells,
+                participants: found.participants,
+            };
+            Ok((fault, Some(work.with_participants(found.next_balanced))))
         })
     }
 }

@@ -19,11 +19,11 @@ pub use report::{
     ThresholdShare,
 };
 
-use super::coverage::pair_coverage;
+use super::coverage::PairCoverage;
 use super::description::{CampaignDescription, TaskDescription, TaskKind};
 use super::error::DesignError;
 use super::fault::{BetterPlan, Change, DesignCriterion, Fault, FoundFault};
-use super::sets::SampleSets;
+use super::sets::indexed;
 use check::{check_numbers, check_pairs};
 use presented::tests;
 
@@ -40,7 +40,7 @@ pub fn design_findings(
     seed: u64,
 ) -> Result<DesignReport, DesignError> {
     let sets = checked_sets(campaign)?;
-    let mut work = Work::new(campaign, sets.as_ref(), seed);
+    let mut work = Work::new(campaign, &sets, seed);
     for task in &campaign.tasks {
         work.time(task)?;
     }
@@ -53,7 +53,7 @@ pub fn design_findings(
     }
     for comparison in &campaign.comparisons {
         work.order(comparison)?;
-        work.power(comparison);
+        work.power(comparison)?;
     }
     work.crossing()?;
     Ok(work.report)
@@ -68,20 +68,20 @@ pub fn design_findings(
 /// Source: docs/decisions/campaigns.md.
 pub fn task_times(campaign: &CampaignDescription) -> Result<Vec<TaskTime>, DesignError> {
     let sets = checked_sets(campaign)?;
-    let mut work = Work::new(campaign, sets.as_ref(), 0);
+    let mut work = Work::new(campaign, &sets, 0);
     for task in &campaign.tasks {
         work.time(task)?;
     }
     Ok(work.report.time)
 }
 
-/// The sets of a campaign whose numbers are in their ranges; `None` where it has none.
-fn checked_sets(campaign: &CampaignDescription) -> Result<Option<SampleSets>, DesignError> {
+/// The sets of a campaign whose numbers are in their ranges, as indices of samples; none where it has none.
+fn checked_sets(campaign: &CampaignDescription) -> Result<Vec<Vec<usize>>, DesignError> {
     check_numbers(campaign)?;
     check_pairs(campaign)?;
     match campaign.sets.is_empty() {
-        true => Ok(None),
-        false => SampleSets::new(&campaign.samples, &campaign.sets, campaign.tray).map(Some),
+        true => Ok(Vec::new()),
+        false => indexed(&campaign.samples, &campaign.sets, campaign.tray),
     }
 }
 
@@ -93,11 +93,12 @@ struct Work<'a> {
 }
 
 impl<'a> Work<'a> {
-    fn new(campaign: &'a CampaignDescription, sets: Option<&'a SampleSets>, seed: u64) -> Self {
+    fn new(campaign: &'a CampaignDescription, blocks: &'a [Vec<usize>], seed: u64) -> Self {
         let report = DesignReport {
             name: campaign.name.clone(),
             samples: campaign.samples.clone(),
-            coverage: sets.map(pair_coverage),
+            coverage: (!blocks.is_empty())
+                .then(|| PairCoverage::of(campaign.samples.len(), blocks)),
             never: Vec::new(),
             chance: Vec::new(),
             time: Vec::new(),
@@ -114,7 +115,7 @@ impl<'a> Work<'a> {
         Self {
             campaign,
             seed,
-            blocks: sets.map_or(&[], |sets| sets.sets()),
+            blocks,
             report,
         }
     }
@@ -160,6 +161,13 @@ impl Work<'_> {
         }
     }
 
+    /// As now, with another number of participants.
+    fn with_participants(&self, participants: usize) -> BetterPlan {
+        let mut better = self.plan(Change::Participants { participants });
+        better.participants[1] = participants;
+        better
+    }
+
     /// Mean trials of a task, of one participant.
     fn trials(&self, task: &TaskDescription) -> Result<f64, DesignError> {
         let sizes = || self.blocks.iter().map(Vec::len);
@@ -197,19 +205,13 @@ impl Work<'_> {
 
     /// Seconds of one participant that every set takes, and those that none takes.
     fn time_of_sets_s(&self) -> (f64, f64) {
-        let by_sets = self
-            .campaign
-            .tasks
-            .iter()
-            .zip(&self.report.time)
-            .map(|(task, time)| {
-                if task.task.uses_sets() {
-                    (time.time_s, 0.0)
-                } else {
-                    (0.0, time.time_s)
-                }
-            });
-        let (sets, others) = by_sets.fold((0.0, 0.0), |(a, b), (c, d)| (a + c, b + d));
+        let (mut sets, mut others) = (0.0, 0.0);
+        for (task, time) in self.campaign.tasks.iter().zip(&self.report.time) {
+            match task.task.uses_sets() {
+                true => sets += time.time_s,
+                false => others += time.time_s,
+            }
+        }
         (
             sets / (self.blocks.len() as f64 * self.share()).max(1.0),
             others,

@@ -63,7 +63,7 @@ impl Work<'_> {
             Ok(built) => built,
             Err(_) => covering(points, size, self.seed)?,
         };
-        let halves = shares(points, &built.blocks, 2.min(built.blocks.len()))?.sets;
+        let halves = shares(points, &built.blocks, 2.min(built.blocks.len()))?;
         let (per_set_s, others_s) = self.time_of_sets_s();
         let then = built.blocks.len();
         let half = halves.iter().map(Vec::len).max();

@@ -108,7 +108,7 @@ pub fn power_study(
         });
     }
     let sets = checked_sets(campaign)?;
-    let work = Work::new(campaign, sets.as_ref(), seed);
+    let work = Work::new(campaign, &sets, seed);
     let met = work.asked(question)?;
     let logit_sd = question.logit_sd.unwrap_or(campaign.aims.logit_sd);
     let simulation = Simulation {

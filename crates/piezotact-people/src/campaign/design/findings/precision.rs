@@ -173,9 +173,7 @@ impl Work<'_> {
                 true => None,
                 false => {
                     let participants = fewest(participants, MOST_RATERS, wide)?;
-                    let mut better = work.plan(Change::Participants { participants });
-                    better.participants[1] = participants;
-                    Some(better)
+                    Some(work.with_participants(participants))
                 }
             };
             let fault = Fault::RatingTooWide {
@@ -225,11 +223,7 @@ impl Work<'_> {
         if wide(&of(reach))? {
             return Ok(None);
         }
-        let more = of(fewest(plan.participants, reach, |n| wide(&of(n)))?);
-        let mut better = self.plan(Change::Participants {
-            participants: more.participants,
-        });
-        better.participants[1] = more.participants;
-        Ok(Some(better))
+        let participants = fewest(plan.participants, reach, |n| wide(&of(n)))?;
+        Ok(Some(self.with_participants(participants)))
     }
 }

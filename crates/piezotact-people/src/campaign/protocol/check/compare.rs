@@ -1,10 +1,14 @@
 //! Whether comparisons, training and catch trials can be planned.
 
+use std::ops::Bound;
+
 use super::super::super::adaptive::{AdaptiveRule, AdaptiveRun, StaircaseRule};
 use super::super::{
     Adaptive, Block, Catch, Method, Over, Protocol, Question, Stimulus, Task, TaskKind,
 };
-use super::{ProtocolError, at_least_one, count, distinct, known_stimuli, number, unknown};
+use super::{
+    ProtocolError, at_least_one, count, distinct, known_stimuli, must, positive, refused, unknown,
+};
 
 /// The largest number of trials of one task.
 const MAX_TRIALS: u32 = 5000;
@@ -21,13 +25,10 @@ pub(super) fn method(
             count(&format!("{place}: repeats"), *repeats)?;
             known_stimuli(protocol, place, pairs.iter().flatten())
         }
-        Method::Adaptive(_) if question == Question::SameDifferent => {
-            Err(ProtocolError::Place {
-                place: place.to_owned(),
-                why: "an adaptive method needs a right answer in each trial; ask `stronger` or `rougher`, or use constant stimuli"
-                    .to_owned(),
-            })
-        }
+        Method::Adaptive(_) if question == Question::SameDifferent => refused(
+            place,
+            "an adaptive method needs a right answer in each trial; ask `stronger` or `rougher`, or use constant stimuli",
+        ),
         Method::Adaptive(adaptive) => run(protocol, place, adaptive),
     }
 }
@@ -39,21 +40,16 @@ fn run(protocol: &Protocol, place: &str, adaptive: &Adaptive) -> Result<(), Prot
         rule,
         largest_sd,
     } = adaptive;
-    known_stimuli(protocol, place, [standard])?;
-    known_stimuli(protocol, place, levels.iter().map(|level| &level.stimulus))?;
-    let names = levels.iter().map(|level| &level.stimulus);
-    distinct(
-        &format!("{place}: standard and levels"),
-        "stimulus",
-        [standard].into_iter().chain(names),
-    )?;
-    if levels.len() < 2 {
-        let place = format!("{place}: levels");
-        return Err(number(&place, "at least 2", levels.len()));
-    }
-    if let Some(wrong) = levels.iter().find(|level| !level.level.is_finite()) {
-        let place = format!("{place}: level of {}", wrong.stimulus);
-        return Err(number(&place, "a finite number", wrong.level));
+    let of = |what: &str| format!("{place}: {what}");
+    let names = || std::iter::once(standard).chain(levels.iter().map(|level| &level.stimulus));
+    known_stimuli(protocol, place, names())?;
+    distinct(&of("standard and levels"), "stimulus", names())?;
+    must(&of("levels"), levels.len(), 2.., "at least 2")?;
+    for one in levels {
+        let place = of(&format!("level of {}", one.stimulus));
+        let (most, expected) = (Bound::Excluded(f64::INFINITY), "a finite number");
+        let range = (Bound::Excluded(f64::NEG_INFINITY), most);
+        must(&place, one.level, range, expected)?;
     }
     let falls = |found: f64, before: f64, what| match found > before {
         true => Ok(()),
@@ -68,10 +64,8 @@ fn run(protocol: &Protocol, place: &str, adaptive: &Adaptive) -> Result<(), Prot
         falls(pair[1].level, pair[0].level, "levels")?;
     }
     // Where all are the same texture, what is listed as more of it must be rendered so.
-    let rendered: Vec<_> = std::iter::once(standard)
-        .chain(levels.iter().map(|level| &level.stimulus))
-        .filter_map(|name| protocol.stimulus(name))
-        .collect();
+    let rendered = names().filter_map(|name| protocol.stimulus(name));
+    let rendered: Vec<_> = rendered.collect();
     let at_no_gain = |one: &Stimulus| Stimulus {
         gain_db: None,
         rms_db: one.rms_db.map(|_| 0.0),
@@ -88,14 +82,8 @@ fn run(protocol: &Protocol, place: &str, adaptive: &Adaptive) -> Result<(), Prot
             falls(found, before, "gains of standard and levels, in dB,")?;
         }
     }
-    if !(*largest_sd > 0.0 && largest_sd.is_finite()) {
-        let place = format!("{place}: largest_sd");
-        return Err(number(&place, "more than 0", largest_sd));
-    }
-    if !(1..=MAX_TRIALS).contains(&rule.at_most()) {
-        let place = format!("{place}: trials at most");
-        return Err(number(&place, "1 to 5000", rule.at_most()));
-    }
+    positive(&of("largest_sd"), *largest_sd)?;
+    trials(&of("trials at most"), rule.at_most())?;
     AdaptiveRun::new(&adaptive.levels(), rule).map_err(|error| ProtocolError::Place {
         place: place.to_owned(),
         why: format!("{error}; correct the rule"),
@@ -112,11 +100,10 @@ fn run(protocol: &Protocol, place: &str, adaptive: &Adaptive) -> Result<(), Prot
             };
             match thresholds_db.iter().all(out_of_reach) {
                 false => Ok(()),
-                true => Err(ProtocolError::Place {
-                    place: place.to_owned(),
-                    why: "no possible threshold lies within the levels; widen the thresholds or the levels"
-                        .to_owned(),
-                }),
+                true => refused(
+                    place,
+                    "no possible threshold lies within the levels; widen the thresholds or the levels",
+                ),
             }
         }
     }
@@ -128,19 +115,15 @@ fn staircase(
     rule: &StaircaseRule,
     at_most: u32,
 ) -> Result<(), ProtocolError> {
-    let target = |why: &str| {
-        Err(ProtocolError::Place {
-            place: place.to_owned(),
-            why: why.to_owned(),
-        })
-    };
     if rule.down <= rule.up {
-        return target(
+        return refused(
+            place,
             "a staircase with `down` not above `up` converges to what guessing reaches; raise `down`",
         );
     }
     if at_most < rule.trials.max(rule.reversals) {
-        return target(
+        return refused(
+            place,
             "`at_most` ends the staircase before it has its reversals and trials; raise it",
         );
     }
@@ -170,12 +153,7 @@ fn staircase(
 
 /// Whether training and catch trials of a task are possible.
 pub(super) fn beside(protocol: &Protocol, place: &str, task: &Task) -> Result<(), ProtocolError> {
-    let no_answer = |why: &str| {
-        Err(ProtocolError::Place {
-            place: place.to_owned(),
-            why: why.to_owned(),
-        })
-    };
+    let no_answer = |why: &str| refused(place, why);
     if let Some(training) = task.training {
         if matches!(
             task.kind,
@@ -197,7 +175,7 @@ pub(super) fn beside(protocol: &Protocol, place: &str, task: &Task) -> Result<()
                 "the right answers are not known, so there is no feedback; leave it out",
             );
         }
-        trials(&format!("{place}: training"), training.trials)?;
+        trials(&format!("{place}: training: trials"), training.trials)?;
     }
     match &task.catch {
         None => Ok(()),
@@ -211,29 +189,25 @@ fn check_catch(
     task: &Task,
     catch: &Catch,
 ) -> Result<(), ProtocolError> {
-    let no_answer = |why: &str| {
-        Err(ProtocolError::Place {
-            place: place.to_owned(),
-            why: why.to_owned(),
-        })
-    };
-    let place_of = format!("{place}: catch");
-    trials(&place_of, catch.trials)?;
-    if catch.failures_allowed >= catch.trials {
-        let place = format!("{place_of}: failures_allowed");
-        return Err(number(&place, "less than `trials`", catch.failures_allowed));
-    }
+    let no_answer = |why: &str| refused(place, why);
+    let of = |what: &str| format!("{place}: catch{what}");
+    trials(&of(": trials"), catch.trials)?;
+    let (place_of_allowed, allowed) = (of(": failures_allowed"), catch.failures_allowed);
+    must(
+        &place_of_allowed,
+        allowed,
+        ..catch.trials,
+        "less than `trials`",
+    )?;
     if catch.known.is_empty() {
         return no_answer("catch trials have no stimuli with a known answer; list them in `known`");
     }
-    known_stimuli(protocol, &place_of, catch.known.iter().flatten())?;
+    known_stimuli(protocol, &of(""), catch.known.iter().flatten())?;
+    let place_of_known = of(": known");
     match &task.kind {
         TaskKind::Compare { question, .. } => {
             for one in &catch.known {
-                if one.len() != 2 {
-                    let place = format!("{place_of}: known");
-                    return Err(number(&place, "2 stimuli in each", one.len()));
-                }
+                must(&place_of_known, one.len(), 2..=2, "2 stimuli in each")?;
                 if *question != Question::SameDifferent && one[0] == one[1] {
                     return no_answer(
                         "a stimulus beside itself has no right answer to `rougher` or `stronger`; name another one",
@@ -243,18 +217,9 @@ fn check_catch(
             Ok(())
         }
         TaskKind::Associate { .. } => {
-            match catch
-                .known
-                .iter()
-                .find(|one| !(1..=100).contains(&one.len()))
-            {
-                None => Ok(()),
-                Some(one) => Err(number(
-                    &format!("{place_of}: known"),
-                    "1 to 100 stimuli in each",
-                    one.len(),
-                )),
-            }
+            let (mut sizes, expected) =
+                (catch.known.iter().map(Vec::len), "1 to 100 stimuli in each");
+            sizes.try_for_each(|size| must(&place_of_known, size, 1..=100, expected))
         }
         _ => no_answer("catch trials are for tasks `compare` and `associate`; leave them out"),
     }
@@ -278,35 +243,23 @@ pub(super) fn catch_in_block(
             })
         })
     };
-    let missing = match &block.over {
-        Over::AllSamples => (!fits(&protocol.samples)).then_some("of all samples"),
-        Over::Samples(samples) => (!fits(samples)).then_some("of the block"),
-        Over::EverySet => {
-            let mut sets = protocol.sets.iter();
-            sets.find(|set| !fits(&set.samples))
-                .map(|set| set.name.as_str())
-        }
-        Over::SharesOfSets(shares) => shares
-            .iter()
-            .flatten()
-            .find(|name| protocol.set(name).is_none_or(|set| !fits(&set.samples)))
-            .map(String::as_str),
+    let mut groups = protocol.groups(&block.over).into_iter().flatten();
+    let Some(missing) = groups.find(|group| !fits(group.samples)) else {
+        return Ok(());
     };
-    match missing {
-        None => Ok(()),
-        Some(set) => Err(unknown(
-            &format!("{place}, task {}", task.name),
-            "catch trial for the set",
-            set,
-        )),
-    }
+    let at_once = match &block.over {
+        Over::AllSamples => "of all samples",
+        _ => "of the block",
+    };
+    let (place, set) = (
+        format!("{place}, task {}", task.name),
+        missing.set.unwrap_or(at_once),
+    );
+    Err(unknown(&place, "catch trial for the set", set))
 }
 
 fn trials(place: &str, found: u32) -> Result<(), ProtocolError> {
-    match (1..=MAX_TRIALS).contains(&found) {
-        true => Ok(()),
-        false => Err(number(&format!("{place}: trials"), "1 to 5000", found)),
-    }
+    must(place, found, 1..=MAX_TRIALS, "1 to 5000")
 }
 
 #[cfg(test)]

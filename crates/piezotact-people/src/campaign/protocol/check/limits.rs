@@ -1,10 +1,8 @@
 //! What no campaign has: counts that fill the memory before anything is planned, numbers out of their range, texts that forge others.
 
 use super::super::method::Method;
-use super::super::{
-    Adaptive, Over, Playing, Protocol, Sequence, Task, TaskKind, TransferFunctionUse,
-};
-use super::{ProtocolError, hours, number};
+use super::super::{Adaptive, Playing, Protocol, Sequence, Task, TaskKind, TransferFunctionUse};
+use super::{ProtocolError, must, positive};
 use crate::campaign::adaptive::AdaptiveRule;
 use crate::campaign::plan::MOST_TRIALS;
 use crate::campaign::text::{TextError, check_line, check_long, check_short};
@@ -32,30 +30,21 @@ pub(super) fn counts(protocol: &Protocol) -> Result<(), ProtocolError> {
         ("the tasks", protocol.tasks.len()),
         ("the sessions", protocol.sessions.len()),
     ] {
-        if found > MOST_LISTED {
-            return Err(number(place, "at most 2000", found));
-        }
+        must(place, found, ..=MOST_LISTED, "at most 2000")?;
     }
     for (place, found) in parts(protocol) {
-        if found > MOST_PARTS {
-            return Err(number(&place, "at most 100", found));
-        }
+        must(&place, found, ..=MOST_PARTS, "at most 100")?;
     }
     protocol.tasks.iter().try_for_each(lists)?;
     for session in &protocol.sessions {
         let blocks = session.blocks.iter();
         let each = blocks.map(|block| {
-            let sets = match &block.over {
-                Over::AllSamples | Over::Samples(_) => 1,
-                Over::EverySet => protocol.sets.len(),
-                Over::SharesOfSets(shares) => shares.iter().map(Vec::len).max().unwrap_or(0),
-            };
+            let shares = protocol.groups(&block.over);
+            let sets = shares.iter().map(Vec::len).max().unwrap_or(0);
             let largest = protocol.sets.iter().map(|set| set.samples.len()).max();
-            let samples = match &block.over {
-                Over::AllSamples => protocol.samples.len(),
-                Over::Samples(samples) => samples.len(),
-                Over::EverySet | Over::SharesOfSets(_) => largest.unwrap_or(0),
-            };
+            let mut groups = shares.iter().flatten();
+            let at_once = groups.find(|group| group.set.is_none());
+            let samples = at_once.map_or(largest.unwrap_or(0), |group| group.samples.len());
             let tasks = block.tasks.iter().filter_map(|name| protocol.task(name));
             let of_set = tasks.fold(0_u64, |sum, task| sum.saturating_add(trials(task, samples)));
             let trials = of_set
@@ -66,14 +55,10 @@ pub(super) fn counts(protocol: &Protocol) -> Result<(), ProtocolError> {
         let (trials, names) = each.fold((0_u64, 0_u64), |(trials, names), (more, named)| {
             (trials.saturating_add(more), names.saturating_add(named))
         });
-        if trials > MOST_TRIALS as u64 {
-            let place = format!("session {}: the trials of one participant", session.name);
-            return Err(number(&place, "at most 86400", trials));
-        }
-        if names > MOST_NAMES {
-            let place = format!("session {}: the trials times their samples", session.name);
-            return Err(number(&place, "at most 2000000", names));
-        }
+        let place = format!("session {}: the trials of one participant", session.name);
+        must(&place, trials, ..=MOST_TRIALS as u64, "at most 86400")?;
+        let place = format!("session {}: the trials times their samples", session.name);
+        must(&place, names, ..=MOST_NAMES, "at most 2000000")?;
     }
     Ok(())
 }
@@ -108,10 +93,7 @@ fn parts(protocol: &Protocol) -> Vec<(String, usize)> {
 /// Refuses lists of a task that are too long, and rules with too many points.
 fn lists(task: &Task) -> Result<(), ProtocolError> {
     let place = |what: &str| format!("task {}: {what}", task.name);
-    let short = |what: &str, found: usize| match found > MOST_LISTED {
-        true => Err(number(&place(what), "at most 2000", found)),
-        false => Ok(()),
-    };
+    let short = |what: &str, found| must(&place(what), found, ..=MOST_LISTED, "at most 2000");
     short("checklist", task.checklist.len())?;
     if let Some(catch) = &task.catch {
         short("catch: known", catch.known.len())?;
@@ -132,10 +114,7 @@ fn lists(task: &Task) -> Result<(), ProtocolError> {
         } => {
             short("levels", adaptive.levels.len())?;
             let (what, points) = points(adaptive);
-            match points > MOST_POINTS {
-                true => Err(number(&place(what), "at most 2000000", points)),
-                false => Ok(()),
-            }
+            must(&place(what), points, ..=MOST_POINTS, "at most 2000000")
         }
         _ => Ok(()),
     }
@@ -199,83 +178,61 @@ fn trials(task: &Task, samples: usize) -> u64 {
 
 /// Refuses times that no rendered stimulus has.
 pub(super) fn rendering(protocol: &Protocol) -> Result<(), ProtocolError> {
-    if let Some(rendering) = &protocol.rendering {
-        hours("rendering.max_age_hours", rendering.max_age_hours)?;
-        if let Playing::Repeated {
+    let Some(rendering) = &protocol.rendering else {
+        return Ok(());
+    };
+    positive("rendering.max_age_hours", rendering.max_age_hours)?;
+    match rendering.playing {
+        Playing::Once => Ok(()),
+        Playing::Repeated {
             pause_s,
             duration_s,
-        } = rendering.playing
-        {
-            hours("rendering.playing.duration_s", duration_s)?;
-            if duration_s > 3600.0 {
-                return Err(number(
-                    "rendering.playing.duration_s",
-                    "at most 3600",
-                    duration_s,
-                ));
-            }
-            if !(0.0..=3600.0).contains(&pause_s) {
-                return Err(number("rendering.playing.pause_s", "0 to 3600", pause_s));
-            }
+        } => {
+            let place = "rendering.playing.duration_s";
+            positive(place, duration_s)?;
+            must(place, duration_s, ..=3600.0, "at most 3600")?;
+            let place = "rendering.playing.pause_s";
+            must(place, pause_s, 0.0..=3600.0, "0 to 3600")
         }
     }
-    Ok(())
 }
 
-/// Refuses numbers out of their range. A comparison with a number that is none is never true.
+/// Refuses numbers out of their range.
 pub(super) fn numbers(protocol: &Protocol) -> Result<(), ProtocolError> {
     let aims = &protocol.aims;
-    for (place, found, inside, expected) in [
+    let (above_0, share) = (f64::MIN_POSITIVE, "above 0 and below 1");
+    for (what, found, within, expected) in [
+        ("power_share", aims.power_share, above_0..1.0, share),
         (
-            "aims.power_share",
-            aims.power_share,
-            f64::MIN_POSITIVE..1.0,
-            "above 0 and below 1",
-        ),
-        (
-            "aims.half_width_share",
+            "half_width_share",
             aims.half_width_share,
-            f64::MIN_POSITIVE..0.5,
+            above_0..0.5,
             "above 0 and below 0.5",
         ),
-        (
-            "aims.cell_share",
-            aims.cell_share,
-            f64::MIN_POSITIVE..1.0,
-            "above 0 and below 1",
-        ),
-        ("aims.logit_sd", aims.logit_sd, 0.0..10.0, "0 to 10"),
+        ("cell_share", aims.cell_share, above_0..1.0, share),
+        ("logit_sd", aims.logit_sd, 0.0..10.0, "0 to 10"),
     ] {
-        if !inside.contains(&found) {
-            return Err(number(place, expected, found));
-        }
+        must(&format!("aims.{what}"), found, within, expected)?;
     }
     for one in &aims.comparisons {
-        let found = one.smallest_effect_ratio;
-        if !(f64::MIN_POSITIVE..=100.0).contains(&found) {
-            let place = "aims.comparisons: smallest_effect_ratio";
-            return Err(number(place, "above 0 and at most 100", found));
-        }
+        let (found, expected) = (one.smallest_effect_ratio, "above 0 and at most 100");
+        let place = "aims.comparisons: smallest_effect_ratio";
+        must(place, found, above_0..=100.0, expected)?;
     }
     protocol.tasks.iter().try_for_each(levels)?;
-    let mut ages = vec![(
-        "resuming.refused_after_hours",
-        protocol.resuming.refused_after_hours,
-    )];
-    if let Some(rendering) = &protocol.rendering {
-        ages.push(("rendering.max_age_hours", rendering.max_age_hours));
-    }
-    for (place, found) in ages {
-        if !(0.0..=MOST_HOURS).contains(&found) {
-            return Err(number(place, "0 to 87600, ten years", found));
-        }
+    let resumed = Some(protocol.resuming.refused_after_hours);
+    let age = protocol.rendering.as_ref().map(|one| one.max_age_hours);
+    for (place, found) in [
+        ("resuming.refused_after_hours", resumed),
+        ("rendering.max_age_hours", age),
+    ] {
+        let found = found.unwrap_or_default();
+        must(place, found, 0.0..=MOST_HOURS, "0 to 87600, ten years")?;
     }
     for session in &protocol.sessions {
         let min = session.source_time.as_ref().map_or(1, |of| of.min);
-        if !(1..=1440).contains(&min) {
-            let place = format!("session {}: source_time.min", session.name);
-            return Err(number(&place, "1 to 1440, a day", min));
-        }
+        let place = format!("session {}: source_time.min", session.name);
+        must(&place, min, 1..=1440, "1 to 1440, a day")?;
     }
     Ok(())
 }
@@ -306,120 +263,109 @@ fn levels(task: &Task) -> Result<(), ProtocolError> {
         }
         _ => Vec::new(),
     };
-    let outside = |one: &&f64| !(-MOST_LEVEL..=MOST_LEVEL).contains(*one);
-    match found.iter().find(outside) {
-        None => Ok(()),
-        Some(found) => {
-            let place = format!("task {}: every level, step and end of a scale", task.name);
-            Err(number(&place, "-1000000 to 1000000", found))
-        }
-    }
+    let place = format!("task {}: every level, step and end of a scale", task.name);
+    let (range, expected) = (-MOST_LEVEL..=MOST_LEVEL, "-1000000 to 1000000");
+    let mut all = found.into_iter();
+    all.try_for_each(|one| must(&place, one, range.clone(), expected))
+}
+
+fn fits(
+    place: &str,
+    check: fn(&str) -> Result<(), TextError>,
+    text: &str,
+) -> Result<(), ProtocolError> {
+    let place = place.to_owned();
+    check(text).map_err(|why| ProtocolError::Text { place, why })
+}
+
+fn lines<'a>(
+    place: &str,
+    lines: impl IntoIterator<Item = &'a String>,
+) -> Result<(), ProtocolError> {
+    let mut lines = lines.into_iter();
+    lines.try_for_each(|line| fits(place, check_line, line))
 }
 
 /// Refuses texts that hide something or fill a screen.
 pub(super) fn texts(protocol: &Protocol) -> Result<(), ProtocolError> {
-    let said = |place: String| move |why: TextError| ProtocolError::Text { place, why };
-    check_line(&protocol.title).map_err(said("title".to_owned()))?;
-    check_long(&protocol.source).map_err(said("source".to_owned()))?;
+    fits("title", check_line, &protocol.title)?;
+    fits("source", check_long, &protocol.source)?;
     for one in &protocol.decided_here {
-        check_long(one).map_err(said("decided_here".to_owned()))?;
+        fits("decided_here", check_long, one)?;
     }
     for (sample, turned) in &protocol.orientation {
-        check_line(turned).map_err(said(format!("orientation.{sample}")))?;
+        fits(&format!("orientation.{sample}"), check_line, turned)?;
     }
     for task in &protocol.tasks {
         let place = |what: &str| format!("task {}: {what}", task.name);
-        check_line(&task.title).map_err(said(place("title")))?;
-        check_long(&task.instruction).map_err(said(place("instruction")))?;
+        fits(&place("title"), check_line, &task.title)?;
+        fits(&place("instruction"), check_long, &task.instruction)?;
+        let descriptors = match &task.kind {
+            TaskKind::Categorise { descriptors, .. } => &descriptors[..],
+            _ => &[],
+        };
         for (tag, words) in &task.in_language {
             let place = |what: &str| place(&format!("in_language.{tag}.{what}"));
-            check_long(&words.instruction).map_err(said(place("instruction")))?;
-            let lines = [
-                ("title", words.title.iter().collect()),
-                ("checklist", words.checklist.iter().collect()),
-                ("descriptors", words.descriptors.iter().collect()),
-                ("from", words.from.iter().collect()),
-                ("to", words.to.iter().collect::<Vec<_>>()),
-            ];
-            for (what, lines) in lines {
-                for line in lines {
-                    check_line(line).map_err(said(place(what)))?;
-                }
-            }
-            let each = [
+            fits(&place("instruction"), check_long, &words.instruction)?;
+            lines(&place("title"), &words.title)?;
+            lines(&place("checklist"), &words.checklist)?;
+            lines(&place("descriptors"), &words.descriptors)?;
+            lines(&place("from"), &words.from)?;
+            lines(&place("to"), &words.to)?;
+            for (what, found, own) in [
                 ("checklist", &words.checklist, &task.checklist[..]),
-                ("descriptors", &words.descriptors, descriptors(&task.kind)),
-            ];
-            for (what, found, expected) in each {
-                if !found.is_empty() && found.len() != expected.len() {
-                    return Err(ProtocolError::Number {
-                        place: place(what),
-                        expected: "as many as in the task itself, in the same order",
-                        found: found.len().to_string(),
-                    });
+                ("descriptors", &words.descriptors, descriptors),
+            ] {
+                if !found.is_empty() {
+                    let (own, expected) = (
+                        own.len(),
+                        "as many as in the task itself, in the same order",
+                    );
+                    must(&place(what), found.len(), own..=own, expected)?;
                 }
             }
         }
-        for item in &task.checklist {
-            check_line(item).map_err(said(place("checklist")))?;
-        }
+        lines(&place("checklist"), &task.checklist)?;
         match &task.kind {
             TaskKind::Order { from, to, .. } => {
-                check_line(from).map_err(said(place("from")))?;
-                check_line(to).map_err(said(place("to")))?;
+                fits(&place("from"), check_line, from)?;
+                fits(&place("to"), check_line, to)?;
             }
             TaskKind::Rate {
                 lowest, highest, ..
             } => {
-                for (what, end) in [("lowest", lowest), ("highest", highest)] {
-                    check_line(end.as_deref().unwrap_or("–")).map_err(said(place(what)))?;
-                }
+                lines(&place("lowest"), lowest)?;
+                lines(&place("highest"), highest)?;
             }
-            TaskKind::Categorise { descriptors, .. } => {
-                for one in descriptors {
-                    check_line(one).map_err(said(place("descriptors")))?;
-                }
-            }
-            _ => {}
+            _ => lines(&place("descriptors"), descriptors)?,
         }
     }
     for session in &protocol.sessions {
-        if let Some(why_not) = session
-            .source_time
-            .as_ref()
-            .and_then(|of| of.why_not.as_deref())
-        {
+        let source_time = session.source_time.as_ref();
+        if let Some(why_not) = source_time.and_then(|of| of.why_not.as_deref()) {
             let place = format!("session {}: source_time.why_not", session.name);
-            check_long(why_not).map_err(said(place))?;
+            fits(&place, check_long, why_not)?;
         }
     }
-    for panel in &protocol.panel.disjoint_from {
-        check_line(panel).map_err(said("panel.disjoint_from".to_owned()))?;
-    }
-    // The finger stands in the table of participants where no other one is stated.
-    check_short(&protocol.exploration.finger).map_err(said("exploration.finger".to_owned()))?;
-    for factor in &protocol.aims.also_counterbalanced {
-        check_line(&factor.name).map_err(said("aims.also_counterbalanced".to_owned()))?;
-    }
-    if let Some(rendering) = &protocol.rendering
-        && let TransferFunctionUse::Average { panel } = &rendering.transfer_function
-    {
-        check_line(panel).map_err(said("rendering.transfer_function.panel".to_owned()))?;
-    }
-    Ok(())
-}
 
-/// The descriptors of a task that has them.
-fn descriptors(kind: &TaskKind) -> &[String] {
-    match kind {
-        TaskKind::Categorise { descriptors, .. } => descriptors,
-        _ => &[],
+    lines("panel.disjoint_from", &protocol.panel.disjoint_from)?;
+    // The finger stands in the table of participants where no other one is stated.
+    let finger = &protocol.exploration.finger;
+    fits("exploration.finger", check_short, finger)?;
+    let factors = &protocol.aims.also_counterbalanced;
+    let names = factors.iter().map(|factor| &factor.name);
+    lines("aims.also_counterbalanced", names)?;
+    match protocol.rendering.as_ref().map(|of| &of.transfer_function) {
+        Some(TransferFunctionUse::Average { panel }) => {
+            fits("rendering.transfer_function.panel", check_line, panel)
+        }
+        _ => Ok(()),
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::{LIBRARY, from_library, read};
+    use super::super::super::{LIBRARY, Over, from_library, read};
     use super::*;
 
     fn changed(from: &str, to: &str) -> ProtocolError {
