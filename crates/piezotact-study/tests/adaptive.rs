@@ -117,6 +117,9 @@ fn a_comparison_has_the_flags_of_both_textures_and_no_replays_of_a_void_attempt(
             }
         });
         let state = state_of(&bed.store, &protocol, &plan).unwrap();
+        let quest = &state.thresholds("quest")[0];
+        assert_eq!(quest.course.len(), 1);
+        assert_eq!(quest.missed_target, usize::from(misses.is_some()));
         let found = behaviour(&state, &NoFiles);
         let first = |table: &piezotact::page::Table, name: &str| {
             let column = table.columns.iter().position(|one| one.name == name);

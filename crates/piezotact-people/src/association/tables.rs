@@ -280,7 +280,7 @@ pub fn participants_table<'a>(
 }
 
 /// The columns of [`thresholds_table`].
-pub const THRESHOLD_COLUMNS: [&str; 13] = [
+pub const THRESHOLD_COLUMNS: [&str; 14] = [
     "participant",
     "session",
     "task",
@@ -291,6 +291,7 @@ pub const THRESHOLD_COLUMNS: [&str; 13] = [
     "posterior_sd",
     "reversals_sd",
     "answers",
+    "missed_target",
     "decided",
     "not_decided_because",
     "catch_trials_failed",
@@ -325,6 +326,7 @@ pub fn thresholds_table(state: &State<'_>) -> Table {
                 Cell::from(number(estimate.posterior_sd)),
                 Cell::from(number(estimate.reversals_sd)),
                 Cell::from(estimate.answers.to_string()),
+                Cell::from(threshold.missed_target.to_string()),
                 Cell::from(estimate.decided().word()),
                 Cell::from(open.join("; ")),
                 Cell::from(catch.clone()),

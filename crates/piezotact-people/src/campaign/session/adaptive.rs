@@ -67,6 +67,8 @@ pub struct Threshold<'a> {
     pub set: Option<&'a str>,
     /// The level of each trial that was answered, in the unit of the protocol's levels, and its response.
     pub course: Vec<(f64, Response)>,
+    /// How many of these answers were given to stimuli of which one missed its target, or its drive had not passed.
+    pub missed_target: usize,
     pub estimate: ThresholdEstimate,
 }
 
@@ -153,10 +155,20 @@ impl<'a> State<'a> {
                 run: name,
                 set: last.set.as_deref(),
                 course: run.course(),
+                missed_target: self.missed_in(name, run),
                 estimate: run.now.estimate(run.adaptive.largest_sd),
             })
         });
         of_task.collect()
+    }
+
+    fn missed_in(&self, name: &str, run: &Run<'_>) -> usize {
+        let of_run = self
+            .trials()
+            .filter(|(trial, _)| chosen_by(trial) == Some(name));
+        let counted = of_run.filter(|(_, state)| run.adaptive.response(state).is_some());
+        let missed = |state: &TrialState| state.evidence.iter().any(|(_, one)| one.missed());
+        counted.filter(|(_, state)| missed(state)).count()
     }
 
     /// The right answer to be shown after a confirmed training trial; `None` where nothing is to be shown.
