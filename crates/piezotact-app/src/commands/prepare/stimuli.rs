@@ -5,7 +5,7 @@ use std::path::Path;
 
 use anyhow::{Error, anyhow};
 use piezotact::checksum::Checksum;
-use piezotact::lineage::{Level, Mode};
+use piezotact::lineage::{self, Mode};
 use piezotact::manipulate::Texture as Made;
 use piezotact::prepare::{Prepared, PreparedDrives, State};
 use piezotact::quantity::{Acceleration, Drive};
@@ -141,7 +141,7 @@ impl Stimuli {
 
     /// Adds to the plain textures `all` those that are made of them, and leaves out those that are rendered in no session.
     pub(super) fn make_of(&self, all: &mut Vec<Texture>, args: &Arguments) -> Outcome {
-        let (out, measured) = (&args.out, Level::Within(args.band));
+        let (out, measured) = (&args.out, lineage::Level::Within(args.band));
         let touched: BTreeMap<String, Made<Acceleration>> = (all.iter())
             .map(|one| (one.strokes.texture.clone(), one.made.texture.clone()))
             .collect();
