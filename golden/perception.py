@@ -59,7 +59,7 @@ class Parameters:
 
 
 # Standard errors squared that are taken off: level, pitch; modulation; course (x 2.5 for pitch); rise and fall.
-TAKEN_OFF, OFF_MODULATION, OFF_COURSE, OFF_PITCH_COURSE, OFF_RISE = 8.0, 9.0, 4.0, 10.0, 25.0
+TAKEN_OFF, OFF_MODULATION, OFF_COURSE, OFF_PITCH_COURSE, OFF_RISE = 5.0, 9.0, 4.0, 10.0, 25.0
 # Ratio by which the JND of a feature may be smaller or larger (published ranges).
 RANGES = {"level": 1.25, "pitch": 1.4, "pulse rate": 1.5, "duration": 1.2, "rise": 1.5, "fall": 1.5, "accents": 1.3,
           "rhythm": 1.3, "course of level": 1.4, "course of pitch": 1.4, "modulation": 1.4, "dip": 1.5, "bump": 1.5}
@@ -279,7 +279,8 @@ def analyse(x, fs, p=Parameters()):
     at = np.flatnonzero(v >= reach)
     if len(at):
         g.rise, g.fall = at[0] * dt, (n - 1 - at[-1]) * dt
-        g.wait = wait(v[at[0]:at[-1] + 1] < reach, dt) / (n * dt)
+        i = 0 if levels[0] > levels[1] else 1
+        g.wait = wait(v[at[0]:at[-1] + 1] < reach, dt) / (n * dt) + (0.020 * errors[i]) ** 2 * n * dt
     l = 10 * np.log10(1 + v)
     peaks = peaks_of(l, 15.0)
     # Noise has smaller dips between the large ones, events have none.

@@ -27,6 +27,8 @@ const ORDINARY: [f64; 2] = [5.0, 4.0];
 const DEVIATION_OVER_MEDIAN: f64 = 1.4826;
 /// Where an onset ends and a release begins, as a share of the own power: −6 dB.
 const REACHED: f64 = 0.25;
+/// What a scattering level adds to the wait, s per dB·√s.
+const WAIT_OF_SCATTER: f64 = 0.020;
 
 /// What has a smaller error of level, dB·√s, has no chance in it: it is a stimulus and no excerpt, and its length is its own.
 const WITHOUT_CHANCE: f64 = 0.15;
@@ -130,7 +132,10 @@ impl Felt {
         let last = louder.iter().rposition(|v| *v >= own);
         if let (Some(first), Some(last)) = (first, last) {
             self.ends_s = [first, louder.len() - 1 - last].map(|n| n as f64 * step_s);
-            self.wait_s2 = wait(&louder[first..=last], own, step_s) / self.length_s;
+            let stronger = usize::from(self.level[0] <= self.level[1]);
+            let scatter = WAIT_OF_SCATTER * self.level_error_db[stronger];
+            self.wait_s2 = wait(&louder[first..=last], own, step_s) / self.length_s
+                + scatter * scatter * self.length_s;
         }
         let level = level_db(louder);
         self.rate = rate(&level, step_s);

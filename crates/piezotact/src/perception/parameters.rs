@@ -158,7 +158,7 @@ pub(super) fn range_ratio(feature: Feature) -> f64 {
 /// simulation (half a JND in 99 % of pairs).
 pub(super) mod taken_off {
     /// Level and pitch.
-    pub(crate) const STEADY: f64 = 8.0;
+    pub(crate) const STEADY: f64 = 5.0;
     pub(crate) const MODULATION: f64 = 9.0;
     pub(crate) const COURSE: f64 = 4.0;
     pub(crate) const COURSE_OF_PITCH: f64 = 10.0;
