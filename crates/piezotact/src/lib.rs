@@ -45,6 +45,7 @@ pub mod spectrum;
 pub mod compare;
 pub mod discrimination;
 pub mod feature;
+pub mod perception;
 pub mod roles;
 pub mod stroke;
 pub mod study;

@@ -289,12 +289,15 @@ fn measured_textures_score_below_a_tenth_against_their_twins() {
             let later = Series::new(later(&x, five_ms).into_samples(), rate).unwrap();
             let (against_twin, against_later) = (say("twin", twin), say("5 ms later", later));
             assert!(against_later.score.jnd < 0.1, "{}", against_later.sentence);
-            // Two seconds that begin and end softly are no stationary noise: the limits say so.
-            assert!(
-                !matches!(against_twin.verdict, Verdict::Distinguishable { .. }),
-                "{}",
-                against_twin.sentence
-            );
+            // Two seconds that begin and end softly are no stationary noise: the limits say so. Repeated, their level swings as that of no
+            // twin does, and that is all there is between them.
+            let by_spectrum = match &against_twin.verdict {
+                Verdict::Distinguishable { how } => {
+                    !how.iter().all(|one| matches!(one, How::DiffersIn(_)))
+                }
+                _ => false,
+            };
+            assert!(!by_spectrum, "{}", against_twin.sentence);
             if how == "looped" {
                 assert!(against_twin.score.jnd < 0.1, "{}", against_twin.sentence);
             }
@@ -421,13 +424,64 @@ fn bursts_have_the_spectrum_of_a_hiss_and_are_named() {
     eprintln!("bursts: {} modulation {:?}", s.sentence, s.modulation_db);
     let spread = |score: &Score| {
         let mut criteria = score.criteria.iter();
-        let spread = criteria.find(|c| c.what == ScoreCriterion::ShortTimeSpread);
+        let spread = criteria.find(|c| c.what == ScoreCriterion::OverTime);
         spread.unwrap().outcome
     };
     assert_eq!(spread(&s), Outcome::NotMet);
     // Spectra below the JND are no evidence that bursts feel like a hiss.
     assert!(!matches!(s.verdict, Verdict::BelowJnd), "{}", s.sentence);
     assert_eq!(spread(&scored(&x, &twin(&x, 4))), Outcome::Met);
+}
+
+/// The same energy, flat or modulated at 30 Hz: people tell them apart in more than 90 % (Cao and Konyo 2018), and spectra do not. What is
+/// modulated alike, or not at all, is not told apart.
+#[test]
+fn amplitude_modulation_of_equal_energy_is_distinguishable() {
+    let tone = |depth: f64, phase: f64| {
+        let samples = (0..10_000).map(|i| {
+            let t_s = i as f64 / 5000.0;
+            let envelope = 1.0 + depth * (TAU * 30.0 * t_s + phase).sin();
+            4.0 * envelope / (1.0 + depth * depth / 2.0).sqrt() * (TAU * 300.0 * t_s + phase).sin()
+        });
+        series(samples.collect())
+    };
+    let noise = |seed: u64, depth: f64| {
+        let flat = texture(seed, 25_000, 3.0, humps);
+        let samples = flat.samples().iter().enumerate().map(|(i, v)| {
+            let envelope = 1.0 + depth * (TAU * 10.0 * i as f64 / 5000.0).sin();
+            v * envelope / (1.0 + depth * depth / 2.0).sqrt()
+        });
+        series(samples.collect())
+    };
+    let modulated = |s: &Score| match &s.verdict {
+        Verdict::Distinguishable { how } => {
+            how.iter().any(|one| one.to_string().contains("modulation"))
+        }
+        _ => false,
+    };
+    for (a, b) in [
+        (tone(0.0, 0.0), tone(1.0, 0.0)),
+        (noise(1, 0.0), noise(2, 1.0)),
+    ] {
+        let s = scored(&a, &b);
+        assert!(s.score.jnd < 1.0 && modulated(&s), "{}", s.sentence);
+    }
+    for (a, b) in [
+        (tone(0.0, 0.0), tone(0.0, 1.0)),
+        (tone(1.0, 0.0), tone(1.0, 2.0)),
+        (tone(0.0, 0.0), tone(0.03, 0.0)),
+    ] {
+        let s = scored(&a, &b);
+        assert_eq!(s.verdict, Verdict::BelowJnd, "{}", s.sentence);
+    }
+    for depth in [0.0, 1.0] {
+        let s = scored(&noise(3, depth), &noise(4, depth));
+        assert!(
+            !matches!(s.verdict, Verdict::Distinguishable { .. }),
+            "{}",
+            s.sentence
+        );
+    }
 }
 
 /// Decaying oscillations of 2.8 m/s², at times drawn with `seed`.

@@ -38,11 +38,12 @@ pub use crate::discrimination::Difference;
 use crate::discrimination::{ContactMap, Differences, Excitation, Model, differences};
 use crate::feature::Weighting;
 use crate::number::rounded;
+use crate::perception::{Parameters, PerceivedDifference, perceived_difference};
 use crate::quantity::{Acceleration, Band, Decibels, Hertz, Seconds};
 use crate::series::{Series, SeriesError};
 use crate::spectrum::{EstimateError, RECOMMENDED_SEGMENTS, WelchConfig, welch};
 use crate::statistics::LevelSpread;
-use crate::verify::{VerifyConfig, VerifyError, errors_in_band, rms_of};
+use crate::verify::{VerifyConfig, VerifyError, errors_in_band, in_band, rms_of};
 use crate::warning::{Few, FewWarning, Scatter, ScatterWarning, Warning, Warnings};
 
 /// The window of short-time levels.
@@ -154,6 +155,18 @@ pub struct SpectrumError {
     pub resolution_hz: f64,
 }
 
+/// How far two vibrations are apart over time and channels.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct OverTime {
+    /// The difference, by features.
+    #[serde(flatten)]
+    pub difference: PerceivedDifference,
+    /// How far the halves of one recording are apart, JND: of the one whose halves differ more; 0 where they are too short, or where one
+    /// waveform follows the other.
+    pub within_jnd: f64,
+}
+
 /// The perceptual distance of two vibrations with its verdict, and further measures of their difference.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
@@ -190,6 +203,9 @@ pub struct Score {
     pub bands: Vec<BandScore>,
     /// The spectra line by line.
     pub spectrum_error: SpectrumError,
+    /// How far they are apart over time and channels; absent with a nail-to-skin map, and where they are too short.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub over_time: Option<OverTime>,
     /// The spread of short-time levels of the reference and the test, dB; it is not part of the score.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub modulation_db: Option<[f64; 2]>,
@@ -219,7 +235,7 @@ pub struct Score {
 /// What [`score`] takes in memory at most beside its two recordings, in bytes for each sample of the longer one.
 ///
 /// Source: measured by `tests/memory.rs`; docs/decisions/verification.md.
-pub const MEMORY_BYTES_A_SAMPLE: usize = 110;
+pub const MEMORY_BYTES_A_SAMPLE: usize = 150;
 
 /// The perceptual distance of `test` from `reference` in JND, and whether they can be distinguished.
 ///
@@ -264,28 +280,32 @@ pub fn score(
     test: &Series<Acceleration>,
     config: &ScoreConfig,
 ) -> Result<Score, ScoreError> {
-    scored(reference, test, config, |a, b| {
-        literature::literature(a, b, config.literature).map(Some)
-    })
+    scored(reference, test, config, Measures::All)
 }
 
-/// As [`score`], without the indices of the literature, which are no part of its verdict: for whoever scores every stroke.
+/// What is computed beside the spectral score.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Measures {
+    /// What is felt over time, and the indices of the literature.
+    All,
+    /// Nothing.
+    None,
+}
+
+/// As [`score`], without what is felt over time and the indices of the literature: for whoever scores every stroke.
 fn score_alone(
     reference: &Series<Acceleration>,
     test: &Series<Acceleration>,
     config: &ScoreConfig,
 ) -> Result<Score, ScoreError> {
-    scored(reference, test, config, |_, _| Ok(None))
+    scored(reference, test, config, Measures::None)
 }
 
 fn scored(
     reference: &Series<Acceleration>,
     test: &Series<Acceleration>,
     config: &ScoreConfig,
-    indices: impl FnOnce(
-        &Series<Acceleration>,
-        &Series<Acceleration>,
-    ) -> Result<Option<Literature>, ScoreError>,
+    measures: Measures,
 ) -> Result<Score, ScoreError> {
     refuse(reference, test, config)?;
     let mut warnings = Warnings::new();
@@ -318,17 +338,24 @@ fn scored(
     let score = apart.largest();
     let bands = band_scores(&bands, a, b, &apart, &model);
     // A short effect has no halves that are alike, and no level that changes.
-    let (within_jnd, over_time) = match found.is_short {
+    let (within_jnd, levels) = match found.is_short {
         true => (None, None),
         false => (
             within(reference, test, &plans, &config.welch)?,
-            over_time(reference, test, &plans)?,
+            levels_over_time(reference, test, &plans)?,
         ),
+    };
+    let over_time = match measures {
+        Measures::All if config.contact.is_none() => {
+            over_time([reference, test], extent, config.band)
+        }
+        _ => None,
     };
     let criteria = verdict::criteria(
         score,
         (extent, within_jnd),
-        (over_time, [a, b].map(|x| level_db(x.total()))),
+        (levels, [a, b].map(|x| level_db(x.total()))),
+        over_time.as_ref(),
         &model,
     );
     let Differences {
@@ -346,8 +373,12 @@ fn scored(
             of: Scatter::Parts,
         }));
     }
-    let modulation = over_time.map(|[a, b]| [a.db, b.db]);
-    let literature = computed(indices(reference, test), &mut warnings);
+    let modulation = levels.map(|[a, b]| [a.db, b.db]);
+    let indices = match measures {
+        Measures::All => literature::literature(reference, test, config.literature).map(Some),
+        Measures::None => Ok(None),
+    };
+    let literature = computed(indices, &mut warnings);
     let power = |x: &Excitation| x.power.iter().sum::<f64>();
     let mut found = Score {
         score,
@@ -359,7 +390,7 @@ fn scored(
                 (level, b.total() > a.total()),
                 (balance, b.log_centroid() > a.log_centroid()),
             ],
-            &bands,
+            (&bands, over_time.as_ref()),
             Seconds(found.shorter_s),
         ),
         criteria,
@@ -374,6 +405,7 @@ fn scored(
         level_error_db: level_db(power(b)) - level_db(power(a)),
         bands,
         spectrum_error: spectrum_error(reference, test, config.band)?,
+        over_time,
         modulation_db: modulation,
         extent,
         waveform,
@@ -624,8 +656,35 @@ pub fn not_felt<const N: usize>(names: [&str; N], sensation_db: [f64; N]) -> Vec
     below.map(warning).collect()
 }
 
+/// How far the two are apart over time and channels within `band`; `None` where they are too short, or sampled too slowly.
+fn over_time(both: [&Series<Acceleration>; 2], extent: Extent, band: Band) -> Option<OverTime> {
+    let of_skin = |x: &Series<Acceleration>| {
+        let samples = in_band(x.samples(), x.rate(), band);
+        Series::<Acceleration>::new(samples, x.rate()).ok()
+    };
+    let [a, b] = both.map(of_skin);
+    let (a, b) = a.zip(b)?;
+    let published = Parameters::published();
+    let apart = |a: &Series<Acceleration>, b: &Series<Acceleration>| {
+        perceived_difference(a, b, &published).ok()
+    };
+    let halves = |x: &Series<Acceleration>| {
+        let (first, second) = x.samples().split_at(x.samples().len() / 2);
+        let [first, second] = [first, second].map(|cut| Series::new(cut.to_vec(), x.rate()).ok());
+        Some(apart(&first?, &second?)?.jnd.value)
+    };
+    let within_jnd = match extent {
+        Extent::SharedPart => 0.0,
+        Extent::WholeOfEach => [&a, &b].into_iter().filter_map(halves).fold(0.0, f64::max),
+    };
+    Some(OverTime {
+        difference: apart(&a, &b)?,
+        within_jnd,
+    })
+}
+
 /// The short-time levels of both; `None` where either is too short.
-fn over_time(
+fn levels_over_time(
     reference: &Series<Acceleration>,
     test: &Series<Acceleration>,
     plans: &Plans<'_>,

@@ -8,6 +8,7 @@ use crate::criterion::Outcome;
 use crate::document::Content;
 use crate::figure::{Axis, Chart, Figure, Line, Mark, Tone, range};
 use crate::page::{Block, Cell, Column, Fact, Number, Page, Shown, Table, fixed};
+use crate::perception::Estimate;
 use crate::quantity::{Decibels, Hertz};
 use crate::recording::{BenchKind, Provenance};
 
@@ -67,6 +68,7 @@ impl Shown for ScoredRecordings {
             "Third-octave levels and perceptual differences",
             [s.levels(), s.differences()].map(Block::Figure),
         )
+        .section("Over time and channels", s.features())
         .section("Third octaves", [s.table().into(), Block::note(COLUMNS)])
         .section("Other measures, not part of the score", s.other_measures())
         .warnings(&s.warnings)
@@ -76,9 +78,12 @@ impl Shown for ScoredRecordings {
     }
 }
 
-const CRITERIA: &str = "“Below the just-noticeable difference”: the first criterion is met, and no criterion on short-time levels is violated. \
-    “Distinguishable”: everywhere within its 95 % limits, the score is above the limits of the first criterion and of the criterion on \
-    the halves. Otherwise “not decided”. The score takes account neither of changes of level over time nor of the waveform.";
+const CRITERIA: &str = "“Below the just-noticeable difference”: the criteria on the score and on the difference over time and channels are \
+    both met. “Distinguishable”: within its limits the score is above the limits of its criterion and of that on the halves, or the \
+    difference over time and channels is above its limit. Otherwise “not decided”. The score evaluates spectra of whole recordings.";
+const FEATURES: &str = "Two channels of receptors that do not mask each other, resolved in time: their parts add up as squares (d′ in \
+    quadrature). What the estimate of a feature scatters by is taken off, so that two realisations of one texture are equal. The limits \
+    hold the published ranges of the parameters (docs/decisions/perception.md).";
 const COLUMNS: &str = "Levels in dB re 1 m/s² rms. Sensation: the difference B − A of the sensation levels (levels above the detection \
     threshold), spread over neighbouring bands whose frequencies cannot be distinguished. A band below the threshold has none.";
 
@@ -119,6 +124,44 @@ impl Score {
                 "mean frequencies of the excitation by A and B",
             ),
         ]
+    }
+
+    /// What the difference over time and channels consists of.
+    fn features(&self) -> Vec<Block> {
+        let Some(found) = &self.over_time else {
+            return Vec::new();
+        };
+        let difference = &found.difference;
+        let range = |of: Estimate, decimals: usize| {
+            let [low, high] = [of.low, of.high].map(|value| fixed(value, decimals));
+            format!("{low}–{high}")
+        };
+        let (jnd, right) = (difference.jnd, difference.percent_correct);
+        let numbers = vec![
+            Number::new(
+                format!("{:.2} JND", jnd.value),
+                format!("difference over time and channels ({})", range(jnd, 2)),
+            ),
+            Number::new(
+                format!("{:.0} %", right.value),
+                format!("right judgements of two intervals ({})", range(right, 0)),
+            ),
+        ];
+        let mut table = Table::new([
+            Column::new("feature", "feature"),
+            Column::new("JND", "feature_jnd"),
+            Column::new("share, %", "share_percent"),
+        ]);
+        let felt = difference.contributions.iter();
+        let felt = felt.filter(|one| one.share >= 0.01).map(|one| {
+            vec![
+                Cell::Text(one.to_string()),
+                Cell::rounded(one.jnd, 2),
+                Cell::rounded(one.share * 100.0, 0),
+            ]
+        });
+        table.rows = felt.collect();
+        vec![Block::numbers(numbers), table.into(), Block::note(FEATURES)]
     }
 
     /// The strongest third octave of each where it is below the threshold although all third octaves together are above it, in words.

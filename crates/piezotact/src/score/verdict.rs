@@ -4,12 +4,12 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use super::{BandScore, Difference, Extent};
+use super::{BandScore, Difference, Extent, OverTime};
 use crate::criterion::{Criterion, Limit, Outcome};
 use crate::discrimination::Model;
+use crate::perception::Contribution;
 use crate::quantity::{Band, Seconds};
 use crate::statistics::LevelSpread;
-use crate::statistics::Z_95;
 
 /// A wider interval holds differences that nobody feels and such as everybody feels: twice the published range of the JND, from zero.
 const WIDE_JND: f64 = 3.2;
@@ -33,6 +33,8 @@ pub enum How {
     StrongerIn(Vec<Band>),
     /// It is weaker in these bands, the one that counts most first.
     WeakerIn(Vec<Band>),
+    /// It differs in these features over time, the one that counts most first.
+    DiffersIn(Vec<Contribution>),
 }
 
 /// What a score is judged by.
@@ -44,8 +46,8 @@ pub enum ScoreCriterion {
     JustNoticeableDifference,
     /// The score against how far the halves of one recording lie apart.
     DifferenceWithin,
-    /// How far the spreads of short-time levels differ, which the score does not see.
-    ShortTimeSpread,
+    /// How far they are apart over time and channels, against one JND and how far the halves of one recording are.
+    OverTime,
     /// The loudest 0.1 s over the detection threshold, where neither reaches it over its whole length.
     LoudestMoment,
 }
@@ -57,7 +59,9 @@ impl fmt::Display for ScoreCriterion {
                 "score below the just-noticeable difference (75 % correct)"
             }
             Self::DifferenceWithin => "score below the difference between the halves of one recording",
-            Self::ShortTimeSpread => "difference in the spread of short-time levels (0.1 s)",
+            Self::OverTime => {
+                "difference over time and channels below the just-noticeable difference (79 % correct)"
+            }
             Self::LoudestMoment => {
                 "loudest 0.1 s relative to the detection threshold, if neither reaches it over its whole length"
             }
@@ -75,7 +79,8 @@ pub(super) fn not_met(criteria: &[Criterion<ScoreCriterion>], what: ScoreCriteri
 pub(super) fn criteria(
     score: Difference,
     (extent, within_jnd): (Extent, Option<[f64; 2]>),
-    (over_time, sensation_db): (Option<[LevelSpread; 2]>, [f64; 2]),
+    (levels, sensation_db): (Option<[LevelSpread; 2]>, [f64; 2]),
+    over_time: Option<&OverTime>,
     model: &Model,
 ) -> Vec<Criterion<ScoreCriterion>> {
     let interval = Some([score.low_jnd, score.high_jnd]);
@@ -91,25 +96,29 @@ pub(super) fn criteria(
             Limit::at_most(a.max(b)),
         ));
     }
-    if let Some([a, b]) = over_time {
-        let jnd = |db: f64| db / model.level_jnd.0;
-        let (apart, reach) = ((b.db - a.db).abs(), Z_95 * a.error_db.hypot(b.error_db));
+    if let Some(found) = over_time {
+        let jnd = found.difference.jnd;
         criteria.push(Criterion::new(
-            ScoreCriterion::ShortTimeSpread,
+            ScoreCriterion::OverTime,
             "JND",
-            jnd(apart),
-            Some([jnd((apart - reach).max(0.0)), jnd(apart + reach)]),
-            Limit::at_most(1.0),
+            jnd.value,
+            Some([jnd.low, jnd.high]),
+            Limit::AtMost {
+                met: 1.0,
+                not_met: found.within_jnd.max(1.0),
+            },
         ));
-        if sensation_db.iter().all(|db| *db <= 0.0) {
-            criteria.push(Criterion::new(
-                ScoreCriterion::LoudestMoment,
-                "dB",
-                a.loudest_db.max(b.loudest_db),
-                None,
-                Limit::at_most(0.0),
-            ));
-        }
+    }
+    if let Some([a, b]) = levels
+        && sensation_db.iter().all(|db| *db <= 0.0)
+    {
+        criteria.push(Criterion::new(
+            ScoreCriterion::LoudestMoment,
+            "dB",
+            a.loudest_db.max(b.loudest_db),
+            None,
+            Limit::at_most(0.0),
+        ));
     }
     criteria
 }
@@ -142,7 +151,7 @@ impl Verdict {
         score: Difference,
         criteria: &[Criterion<ScoreCriterion>],
         [level, balance]: [(Difference, bool); 2],
-        bands: &[BandScore],
+        (bands, over_time): (&[BandScore], Option<&OverTime>),
         length: Seconds,
     ) -> Self {
         let Some(jnd) = criteria
@@ -151,28 +160,33 @@ impl Verdict {
         else {
             return Self::NotDecided { needed_s: None };
         };
-        use ScoreCriterion::{LoudestMoment, ShortTimeSpread};
-        let in_time =
-            |c: &&Criterion<ScoreCriterion>| matches!(c.what, ShortTimeSpread | LoudestMoment);
-        if jnd.outcome == Outcome::Met {
-            // Long-time levels below the JND give no information about changes over time.
-            return if criteria
-                .iter()
-                .filter(in_time)
-                .any(|c| c.outcome == Outcome::NotMet)
-            {
-                Self::NotDecided { needed_s: None }
-            } else {
-                Self::BelowJnd
-            };
-        }
+        use ScoreCriterion::{LoudestMoment, OverTime as Time};
+        let in_time = |c: &&Criterion<ScoreCriterion>| matches!(c.what, Time | LoudestMoment);
+        let outcome_of = |what| criteria.iter().find(|c| c.what == what).map(|c| c.outcome);
+        let features = match (outcome_of(Time), over_time) {
+            (Some(Outcome::NotMet), Some(found)) => found.features(),
+            _ => Vec::new(),
+        };
         let mut of_levels = criteria.iter().filter(|c| !in_time(c));
-        if of_levels.any(|c| c.outcome != Outcome::NotMet) {
-            return Self::NotDecided {
-                needed_s: needed_s(score, jnd.limit, length),
+        let by_levels = of_levels.all(|c| c.outcome == Outcome::NotMet);
+        if !by_levels && features.is_empty() {
+            // Long-time levels below the JND give no information about changes over time.
+            let is_below = jnd.outcome == Outcome::Met
+                && matches!(outcome_of(Time), None | Some(Outcome::Met))
+                && outcome_of(LoudestMoment) != Some(Outcome::NotMet);
+            return match (is_below, jnd.outcome) {
+                (true, _) => Self::BelowJnd,
+                (false, Outcome::Met) => Self::NotDecided { needed_s: None },
+                (false, _) => Self::NotDecided {
+                    needed_s: needed_s(score, jnd.limit, length),
+                },
             };
         }
         let mut how = Vec::new();
+        if !by_levels {
+            how.push(How::DiffersIn(features));
+            return Self::Distinguishable { how };
+        }
         match level {
             (d, true) if d.low_jnd > 1.0 => how.push(How::Louder),
             (d, false) if d.low_jnd > 1.0 => how.push(How::Softer),
@@ -248,6 +262,10 @@ impl fmt::Display for How {
             Self::Lower => return f.write_str("lower in frequency"),
             Self::StrongerIn(bands) => ("stronger", bands),
             Self::WeakerIn(bands) => ("weaker", bands),
+            Self::DiffersIn(features) => {
+                let features: Vec<String> = features.iter().map(ToString::to_string).collect();
+                return write!(f, "different in {}", features.join(" and "));
+            }
         };
         write!(f, "{word} at ")?;
         for (i, band) in bands.iter().enumerate() {
@@ -273,14 +291,17 @@ impl super::Score {
             {
                 format!("{word}: neither reaches the detection threshold")
             }
-            Verdict::BelowJnd => format!("{word}: score {range}"),
+            Verdict::BelowJnd => format!("{word}: score {range}{}", self.over_time_in_words()),
             Verdict::Distinguishable { how } => {
                 let how: Vec<String> = how.iter().map(ToString::to_string).collect();
                 let how = match how.as_slice() {
                     [] => "differs slightly in all bands".into(),
                     how => format!("is {}", how.join(", ")),
                 };
-                format!("{word}: score {range}; B {how}")
+                format!(
+                    "{word}: score {range}{}; B {how}",
+                    self.over_time_in_words()
+                )
             }
             Verdict::NotDecided { needed_s } => {
                 let halves = self.within_jnd.map_or(0.0, |[a, b]| a.max(b));
@@ -292,10 +313,8 @@ impl super::Score {
                         "over their whole length neither reaches the detection threshold, but the loudest 0.1 s do, which the \
                             score does not evaluate".into()
                     }
-                    _ if score.high_jnd < 1.0
-                        && not_met(&self.criteria, ScoreCriterion::ShortTimeSpread) =>
-                    {
-                        "the level of one varies more over time than that of the other, which the score does not evaluate".into()
+                    _ if score.high_jnd < 1.0 => {
+                        "over time and channels the difference is in the range of the just-noticeable difference".into()
                     }
                     _ if within && score.low_jnd > model.noticed_jnd() => {
                         format!("the halves of one recording differ by {halves:.2} JND")
@@ -313,9 +332,30 @@ impl super::Score {
                         model.noticed_jnd()
                     ),
                 };
-                format!("{word}: score {range}; {why}")
+                format!("{word}: score {range}{}; {why}", self.over_time_in_words())
             }
         }
+    }
+
+    fn over_time_in_words(&self) -> String {
+        self.over_time.as_ref().map_or_else(String::new, |found| {
+            let jnd = found.difference.jnd;
+            format!(
+                ", over time and channels {:.2} JND ({:.2}–{:.2})",
+                jnd.value, jnd.low, jnd.high
+            )
+        })
+    }
+}
+
+impl OverTime {
+    /// What the difference consists of: the features of a tenth of it or more, the largest first.
+    fn features(&self) -> Vec<Contribution> {
+        let all = self.difference.contributions.iter();
+        all.filter(|one| one.share >= 0.1)
+            .take(3)
+            .copied()
+            .collect()
     }
 }
 

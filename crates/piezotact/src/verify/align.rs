@@ -64,7 +64,7 @@ impl Aligned {
 const EDGE_RATIO: f64 = 0.1;
 
 /// `samples` with their mean removed, limited to `band`: the filter that both waveforms pass before the comparison.
-pub(super) fn in_band(samples: &[f64], rate: SampleRate, band: Band) -> Vec<f64> {
+pub(crate) fn in_band(samples: &[f64], rate: SampleRate, band: Band) -> Vec<f64> {
     filtered(samples, rate, |hz| band.weight(hz, EDGE_RATIO))
 }
 

@@ -23,7 +23,7 @@ mod verdict;
 mod warning;
 
 use crate::recording::{RecordingWarning, ReversedSign};
-pub(crate) use align::align;
+pub(crate) use align::{align, in_band};
 pub use beside::{Beside, DriveBeside, DriveSource, beside, drive_beside};
 pub use changed::{Changed, changed};
 pub use clock::{Clock, Lost};

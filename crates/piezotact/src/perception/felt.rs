@@ -1,0 +1,242 @@
+//! What is felt of one vibration.
+
+use super::Parameters;
+use super::course::{SLOW, about_mean, chance, coefficients};
+use super::events::{Rate, Sequence, rate, sequence};
+use super::excitation::{Excitation, after_effect, centre, one_pole, smoothed, two_poles};
+use super::modulation::{Modulation, modulation};
+use super::parameters::MODULATION_BANDS_HZ;
+use crate::statistics::median;
+
+/// dB of a power whose natural logarithm changes by 1.
+pub(super) const DB_PER_NEPER: f64 = 4.342_944_819_032_518;
+/// What lies this far below the top is not part of a vibration, as a ratio of powers: 25 dB.
+const EXTENT: f64 = 316.227_766_016_837_94;
+/// The reach of the bell that smooths the louder channel, s.
+const BELL_S: f64 = 0.003;
+/// The time constant of both poles that smooth the pitch, s.
+const PITCH_S: f64 = 0.015;
+/// What is left out at both ends where chance is estimated, s, and of dips and bumps.
+const CHANCE_MARGIN_S: f64 = 0.030;
+const BRIEF_MARGIN_S: f64 = 0.040;
+/// The fewest values in which a dip or a bump stands out.
+const BRIEF_SHORTEST: usize = 60;
+/// Deviations from the median, in standard deviations, that are ordinary: down, up.
+const ORDINARY: [f64; 2] = [5.0, 4.0];
+/// A standard deviation over the median of the absolute deviation, of normal deviates.
+const DEVIATION_OVER_MEDIAN: f64 = 1.4826;
+/// Where an onset ends and a release begins, as a share of the own power: −6 dB.
+const REACHED: f64 = 0.25;
+/// What a scattering level adds to the wait, s per dB·√s.
+const WAIT_OF_SCATTER: f64 = 0.020;
+
+/// What has a smaller error of level, dB·√s, has no chance in it: it is a stimulus and no excerpt, and its length is its own.
+const WITHOUT_CHANCE: f64 = 0.15;
+
+/// What is felt of one vibration.
+#[derive(Clone, Debug)]
+pub(super) struct Felt {
+    pub(super) length_s: f64,
+    pub(super) whole: bool,
+    /// Power over threshold of each channel, and its standard error in dB.
+    pub(super) level: [f64; 2],
+    pub(super) level_error_db: [f64; 2],
+    pub(super) log_hz: f64,
+    pub(super) log_hz_error: f64,
+    pub(super) spread: f64,
+    /// From the begin to −6 dB and from there to the end, s.
+    pub(super) ends_s: [f64; 2],
+    /// The mean square of the time that chance adds to an end, s².
+    pub(super) wait_s2: f64,
+    /// The courses of both levels, dB, and of ln f, and the variance of their coefficients by chance.
+    pub(super) course: [[f64; SLOW]; 3],
+    pub(super) chance: [f64; 3],
+    pub(super) modulation: [[Option<Modulation>; MODULATION_BANDS_HZ.len()]; 2],
+    /// The deepest dip and the highest bump, dB.
+    pub(super) brief_db: Option<[f64; 2]>,
+    pub(super) events: Option<Sequence>,
+    pub(super) rate: Option<Rate>,
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len().max(1) as f64
+}
+
+fn level_db(power: &[f64]) -> Vec<f64> {
+    power.iter().map(|e| 10.0 * (1.0 + e).log10()).collect()
+}
+
+impl Felt {
+    /// Of acceleration `x`, m/s².
+    pub(super) fn of(x: &[f64], rate_hz: f64, p: &Parameters) -> Self {
+        let excitation = Excitation::of(x, rate_hz, p);
+        let step_s = excitation.step_s;
+        let [rapid, pacinian] = &excitation.power;
+        let envelopes = [
+            two_poles(rapid, p.rapid_envelope_s, step_s),
+            two_poles(pacinian, p.pacinian_envelope_s, step_s),
+        ];
+        let levels = [level_db(&envelopes[0]), level_db(&envelopes[1])];
+        let tails_s = [p.rapid_tail_s, p.pacinian_tail_s];
+        let tailed: [Vec<f64>; 2] = std::array::from_fn(|c| {
+            let after = after_effect(&levels[c], tails_s[c], step_s, p);
+            let pairs = envelopes[c].iter().zip(after);
+            pairs
+                .map(|(e, db)| 10.0 * (e + 10f64.powf(db / 10.0)).log10())
+                .collect()
+        });
+        let louder: Vec<f64> = rapid.iter().zip(pacinian).map(|(a, b)| a.max(*b)).collect();
+        let louder = smoothed(&louder, ((BELL_S / step_s).round() as usize).max(1));
+        let (on, off) = extent(&louder);
+        let n = off - on;
+        let integrated = one_pole(&envelopes[1], p.integration_s, step_s);
+        let own = [&envelopes[0][on..off], &integrated[on..off]];
+
+        let level = own.map(own_level);
+        let (log_hz, spread) = centre(&excitation.spectrum, level[0] + level[1], p);
+        let total: Vec<f64> = rapid.iter().zip(pacinian).map(|(a, b)| a + b).collect();
+        let pitch = Pitch::of(&total, &excitation.log_power, step_s, on..off);
+        let margin = ((CHANCE_MARGIN_S / step_s) as usize).min(n / 8);
+        let courses = [&levels[0], &levels[1], &pitch.moved];
+        let length_s = n as f64 * step_s;
+        let level_error_db = [0, 1].map(|c| level_error_db(&envelopes[c][on..off]));
+        let stronger = usize::from(level[0] <= level[1]);
+        let mut felt = Self {
+            length_s,
+            whole: excitation.whole || level_error_db[stronger] * length_s.sqrt() < WITHOUT_CHANCE,
+            level,
+            level_error_db,
+            log_hz,
+            log_hz_error: pitch.error,
+            spread,
+            ends_s: [0.0; 2],
+            wait_s2: 0.0,
+            course: courses.map(|v| {
+                let all = coefficients(&about_mean(&v[on..off]));
+                std::array::from_fn(|k| all[k])
+            }),
+            chance: courses
+                .map(|v| chance(&coefficients(&about_mean(&v[on + margin..off - margin])))),
+            modulation: [0, 1].map(|c| modulation(&tailed[c][on..off], step_s)),
+            brief_db: brief_db([0, 1].map(|c| &tailed[c][on..off]), step_s, p),
+            events: None,
+            rate: None,
+        };
+        felt.judge_time(&louder[on..off], step_s);
+        felt
+    }
+
+    fn judge_time(&mut self, louder: &[f64], step_s: f64) {
+        let own = own_level(louder) * REACHED;
+        let first = louder.iter().position(|v| *v >= own);
+        let last = louder.iter().rposition(|v| *v >= own);
+        if let (Some(first), Some(last)) = (first, last) {
+            self.ends_s = [first, louder.len() - 1 - last].map(|n| n as f64 * step_s);
+            let stronger = usize::from(self.level[0] <= self.level[1]);
+            let scatter = WAIT_OF_SCATTER * self.level_error_db[stronger];
+            self.wait_s2 = wait(&louder[first..=last], own, step_s) / self.length_s
+                + scatter * scatter * self.length_s;
+        }
+        let level = level_db(louder);
+        self.rate = rate(&level, step_s);
+        self.events = if self.whole {
+            sequence(&level, step_s)
+        } else {
+            None
+        };
+    }
+}
+
+/// Where `louder` is felt: from the first to behind the last value that is above threshold and within 25 dB of the top.
+fn extent(louder: &[f64]) -> (usize, usize) {
+    let top = louder.iter().copied().fold(0.0, f64::max);
+    let least = (top / EXTENT).max(1.0);
+    let first = louder.iter().position(|v| *v >= least);
+    let last = louder.iter().rposition(|v| *v >= least);
+    match (first, last) {
+        (Some(first), Some(last)) => (first, last + 1),
+        _ => (0, louder.len()),
+    }
+}
+
+/// The mean of `power`, weighted by itself: pauses do not count.
+fn own_level(power: &[f64]) -> f64 {
+    let squares: f64 = power.iter().map(|v| v * v).sum();
+    squares / power.iter().sum::<f64>().max(1e-30)
+}
+
+/// The standard error of the own level, dB.
+fn level_error_db(power: &[f64]) -> f64 {
+    let first = mean(power).max(1e-30);
+    let second = (power.iter().map(|v| v * v).sum::<f64>() / power.len().max(1) as f64).max(1e-30);
+    let influence: Vec<f64> = power.iter().map(|v| v * v / second - v / first).collect();
+    DB_PER_NEPER * (2.0 * chance(&coefficients(&influence))).sqrt()
+}
+
+struct Pitch {
+    /// The standard error of the mean ln f.
+    error: f64,
+    /// ln f over time about its mean, as far as it is felt.
+    moved: Vec<f64>,
+}
+
+impl Pitch {
+    fn of(total: &[f64], log_power: &[f64], step_s: f64, felt: std::ops::Range<usize>) -> Self {
+        let sum: f64 = total[felt.clone()].iter().sum();
+        let log_hz = if sum > 0.0 {
+            log_power[felt.clone()].iter().sum::<f64>() / sum
+        } else {
+            0.0
+        };
+        let level = mean(&total[felt.clone()]).max(1e-12);
+        let influence: Vec<f64> = felt
+            .map(|i| (log_power[i] - log_hz * total[i]) / level)
+            .collect();
+        let smooth = two_poles(total, PITCH_S, step_s);
+        let smooth_log = two_poles(log_power, PITCH_S, step_s);
+        let moved = smooth.iter().zip(smooth_log).map(|(power, log)| {
+            if *power > 1e-9 {
+                power / (1.0 + power) * (log / power - log_hz)
+            } else {
+                0.0
+            }
+        });
+        Self {
+            error: (2.0 * chance(&coefficients(&influence))).sqrt(),
+            moved: moved.collect(),
+        }
+    }
+}
+
+/// The deepest dip and the highest bump of both channels beyond what is ordinary, dB, less near the onset.
+fn brief_db(tailed: [&[f64]; 2], step_s: f64, p: &Parameters) -> Option<[f64; 2]> {
+    let margin = (BRIEF_MARGIN_S / step_s).round() as usize;
+    let n = tailed[0].len().saturating_sub(2 * margin);
+    if n < BRIEF_SHORTEST {
+        return None;
+    }
+    let mut found = [0.0f64; 2];
+    for level in tailed {
+        let v = &level[margin..margin + n];
+        let middle = median(&mut v.to_vec())?;
+        let mut away: Vec<f64> = v.iter().map(|l| (l - middle).abs()).collect();
+        let deviation = DEVIATION_OVER_MEDIAN * median(&mut away)?;
+        for (i, level) in v.iter().enumerate() {
+            let since_s = (i + margin) as f64 * step_s;
+            let gain = 1.0 / (1.0 + p.onset_masking * (-since_s / p.onset_s).exp());
+            let beyond = [middle - level, level - middle];
+            for k in 0..2 {
+                found[k] = found[k].max(gain * (beyond[k] - ORDINARY[k] * deviation));
+            }
+        }
+    }
+    Some(found)
+}
+
+/// The sum of the cubed durations of the runs below `least`, over 3, s³: over the length, the mean square of a wait from any moment.
+fn wait(power: &[f64], least: f64, step_s: f64) -> f64 {
+    let runs = power.chunk_by(|a, b| (*a < least) == (*b < least));
+    runs.filter(|run| run[0] < least)
+        .map(|run| (run.len() as f64 * step_s).powi(3) / 3.0)
+        .sum()
+}

@@ -1,0 +1,310 @@
+//! How different vibrations feel: the pairs of the literature, realisations of one texture, and the prototype's values.
+#![allow(
+    clippy::print_stderr,
+    clippy::unwrap_used,
+    reason = "a test prints what it measured, and fails where it cannot go on"
+)]
+
+mod signals;
+
+use std::collections::BTreeMap;
+
+use piezotact::criterion::Outcome;
+use piezotact::perception::{
+    Feature, PARAMETERS, Parameters, PerceivedDifference, PerceptionError, perceived_difference,
+};
+use piezotact::quantity::{Acceleration, SampleRate};
+use piezotact::series::Series;
+use serde::Deserialize;
+use signals::{FS, equal_energy, louder, modulated, noise, padded, pair, ramp, series, taps, tone};
+
+fn compared(a: &[f64], b: &[f64]) -> PerceivedDifference {
+    perceived_difference(&series(a), &series(b), &Parameters::published()).unwrap()
+}
+
+fn of(key: &str) -> PerceivedDifference {
+    let [a, b] = pair(key);
+    compared(&a, &b)
+}
+
+struct Expected {
+    key: &'static str,
+    low: f64,
+    high: f64,
+}
+
+/// The pairs of `expected.txt`.
+fn expected() -> Vec<Expected> {
+    let lines = include_str!("expected.txt").lines();
+    let rows = lines.filter(|line| !line.starts_with('#'));
+    rows.map(|row| {
+        let cells: Vec<&str> = row.split('|').map(str::trim).collect();
+        Expected {
+            key: cells[0],
+            low: cells[3].parse().unwrap(),
+            high: cells[4].parse().unwrap_or(f64::INFINITY),
+        }
+    })
+    .collect()
+}
+
+/// No pair that people tell apart is called below the JND or the reverse, every value lies where it is expected, and few of those that
+/// people decide are not decided.
+#[test]
+fn the_pairs_of_the_literature_are_as_far_apart_as_people_find_them() {
+    let (mut outside, mut undecided, mut all) = (Vec::new(), 0, 0);
+    for Expected { key, low, high } in expected() {
+        let found = of(key);
+        let outcome = found.criterion.outcome;
+        let jnd = found.jnd;
+        eprintln!(
+            "{key:10} {:6.2} [{:.2}, {:.2}] expected {low}..{high}: {}",
+            jnd.value,
+            jnd.low,
+            jnd.high,
+            outcome.word()
+        );
+        if low >= 1.0 {
+            assert_ne!(outcome, Outcome::Met, "{key}");
+        }
+        if high <= 1.0 {
+            assert_ne!(outcome, Outcome::NotMet, "{key}");
+        }
+        all += 1;
+        undecided += usize::from(outcome == Outcome::NotDecided && (low >= 1.0 || high <= 1.0));
+        if !(low..=high).contains(&jnd.value) {
+            outside.push(key);
+        }
+    }
+    eprintln!("{all} pairs, outside {outside:?}, not decided {undecided}");
+    assert!(outside.is_empty(), "{outside:?}");
+    assert!(all == 53 && undecided <= 2);
+}
+
+#[test]
+fn relations_of_pairs_are_as_people_find_them() {
+    let jnd = |key: &str| of(key).jnd.value;
+    assert!(of("10.35").pitch_jnd < of("10.20").pitch_jnd);
+    assert!(jnd("11") < jnd("1.80"));
+    for rate in ["15", "30", "45"] {
+        assert!(
+            jnd(&format!("14.{rate}")) < 0.5 * jnd(&format!("13.{rate}")),
+            "{rate}"
+        );
+    }
+    // Lines below threshold are felt through the receptors' rectification.
+    let [unfelt, felt] = of("15").sensation_level;
+    assert!(unfelt.0 < 0.0 && felt.0 > 0.0, "{unfelt} {felt}");
+    let both = of("25").felt_level.0;
+    assert!((3.0..=5.0).contains(&both), "{both}");
+    let burst = of("II.18a").pitch_jnd;
+    assert!(burst < 1.0 && burst < of("II.18b").pitch_jnd && burst < of("II.18c").pitch_jnd);
+    assert!(of("II.19").pitch_jnd < 1.0);
+    assert!(jnd("II.23") < 0.5 * jnd("II.24"));
+    assert!(of("II.30.250").felt_level.0 > 3.0);
+    assert!(of("II.30.20").felt_level.0.abs() < 1.5);
+    assert!(jnd("II.34.500") > jnd("II.34.20"));
+}
+
+/// Two realisations of a noise, flat, narrow and modulated, with and without ramps.
+#[test]
+fn realisations_of_one_texture_are_equal() {
+    let mut found = Vec::new();
+    let bands = [(20.0, 600.0), (60.0, 400.0), (89.0, 112.0), (15.0, 80.0)];
+    for case in 0..48usize {
+        let (low, high) = bands[case % 4];
+        let seconds = [1.0, 2.0, 3.0][case / 4 % 3];
+        let one = |seed| {
+            let x = noise(low, high, 22.0, seconds, 2 * case as u64 + seed);
+            match case / 12 {
+                0 => ramp(x, 0.010),
+                1 => modulated(&x, 7.0, 0.6),
+                _ => x,
+            }
+        };
+        found.push(compared(&one(100), &one(101)).jnd.value);
+    }
+    found.sort_by(f64::total_cmp);
+    eprintln!("realisations: {found:.2?}");
+    assert!(found[24] < 0.1 && found[46] < 0.5, "{found:?}");
+}
+
+/// A stroke that begins later is the same, and a modulated one from another moment.
+#[test]
+fn a_delay_is_not_felt() {
+    let x = tone(150.0, 25.0);
+    let silence = vec![0.0; 1200];
+    let later = [silence.clone(), x.clone()].concat();
+    let sooner = [x, silence].concat();
+    assert!(compared(&later, &sooner).jnd.value < 0.05);
+    let long = modulated(&noise(40.0, 400.0, 22.0, 3.0, 9), 9.0, 0.8);
+    let jnd = compared(&long[..16_000], &long[5_300..21_300]).jnd.value;
+    assert!(jnd < 0.5, "{jnd}");
+}
+
+/// More depth is never less felt, full modulation is never below the JND, and 125 Hz is hardly felt beside 25 Hz.
+#[test]
+fn modulation_is_felt_the_more_the_deeper_it_is() {
+    let carriers = [tone(60.0, 25.0), tone(100.0, 25.0), tone(300.0, 25.0)];
+    let noises = [noise(60.0, 400.0, 25.0, 1.0, 5)];
+    for (i, x) in carriers.iter().chain(&noises).enumerate() {
+        for rate in [5.0, 12.0, 30.0, 60.0, 80.0] {
+            let of = |depth: f64| {
+                let y = equal_energy(modulated(x, rate, depth), x);
+                compared(x, &y).jnd.value
+            };
+            let found = [0.1, 0.35, 0.7, 1.0].map(of);
+            assert!(
+                found.windows(2).all(|w| w[1] > w[0] - 0.05),
+                "{i} {rate} {found:?}"
+            );
+            assert!(found[3] >= 1.0, "{i} {rate} {found:?}");
+        }
+    }
+    let x = tone(250.0, 25.0);
+    let [slow, fast] = [25.0, 125.0].map(|rate| {
+        compared(&x, &equal_energy(modulated(&x, rate, 1.0), &x))
+            .jnd
+            .value
+    });
+    assert!(fast < 0.25 * slow, "{slow} {fast}");
+}
+
+/// What makes the difference is named.
+#[test]
+fn the_strongest_feature_is_the_one_that_was_changed() {
+    let first = |key: &str| of(key).contributions[0];
+    assert_eq!(first("1.200").feature, Feature::Level);
+    assert_eq!(first("18").feature, Feature::Duration);
+    assert_eq!(first("20").feature, Feature::Accents);
+    assert_eq!(first("II.2").feature, Feature::Pitch);
+    let rhythm = first("13.30");
+    assert_eq!(rhythm.feature, Feature::Modulation);
+    assert_eq!(rhythm.modulation_hz.unwrap().0, 24.0);
+    assert_eq!(rhythm.to_string(), "modulation at 24 Hz (Pacini)");
+    let shares: f64 = of("II.24").contributions.iter().map(|c| c.share).sum();
+    assert!((shares - 1.0).abs() < 1e-9);
+}
+
+/// The order, the rate and silence around change nothing; a threefold level changes little.
+#[test]
+fn the_difference_does_not_depend_on_how_it_is_recorded() {
+    let [a, b] = pair("6");
+    let jnd = compared(&a, &b).jnd.value;
+    assert!((compared(&b, &a).jnd.value - jnd).abs() < 1e-9);
+    assert!((compared(&padded(&a), &padded(&b)).jnd.value - jnd).abs() < 0.05);
+    assert!(
+        (compared(&louder(a.clone(), 10.0), &louder(b.clone(), 10.0))
+            .jnd
+            .value
+            - jnd)
+            .abs()
+            < 0.3
+    );
+    let twice = |x: &[f64]| {
+        let between = x.iter().zip(x[1..].iter().chain([&0.0]));
+        let samples = between.flat_map(|(a, b)| [*a, 0.5 * (a + b)]).collect();
+        Series::<Acceleration>::new(samples, SampleRate::new(2.0 * FS).unwrap()).unwrap()
+    };
+    let fast = perceived_difference(&twice(&a), &series(&b), &Parameters::published()).unwrap();
+    assert!((fast.jnd.value - jnd).abs() < 0.05, "{fast:?}");
+}
+
+#[test]
+fn below_threshold_nothing_differs() {
+    let quiet = compared(&tone(250.0, -10.0), &tone(60.0, -12.0));
+    assert_eq!(quiet.criterion.outcome, Outcome::Met, "{quiet:?}");
+    let silent = compared(&vec![0.0; 8000], &vec![0.0; 4000]);
+    assert_eq!(silent.jnd.value, 0.0);
+    assert!(compared(&vec![0.0; 8000], &tone(250.0, 25.0)).jnd.low > 5.0);
+    let alike = compared(&taps(2), &taps(2));
+    assert!(alike.jnd.high < 1.0 && alike.jnd.value == 0.0);
+    assert!((alike.percent_correct.value - 50.0).abs() < 1e-9);
+}
+
+#[test]
+fn what_cannot_be_compared_is_refused() {
+    let published = Parameters::published();
+    let at = |rate, n| {
+        Series::<Acceleration>::new(vec![1.0; n], SampleRate::new(rate).unwrap()).unwrap()
+    };
+    let good = at(8000.0, 8000);
+    let says = |x: &Series<Acceleration>, p: &Parameters, parts: &[&str]| {
+        let text = perceived_difference(&good, x, p).unwrap_err().to_string();
+        assert!(parts.iter().all(|part| text.contains(part)), "{text}");
+    };
+    says(
+        &at(500.0, 8000),
+        &published,
+        &["the test", "1000 Hz", "500 Hz"],
+    );
+    says(
+        &at(8000.0, 100),
+        &published,
+        &["the test", "0.05 s", "0.0125"],
+    );
+    let unheard = Parameters {
+        level_jnd_20_db: 9.0,
+        ..published
+    };
+    says(&good, &unheard, &["level_jnd_20_db", "1.8", "3", "9"]);
+    let error = unheard.checked().unwrap_err();
+    assert!(matches!(error, PerceptionError::Parameter { found, .. } if found == 9.0));
+}
+
+#[test]
+fn every_parameter_lies_within_its_range_and_has_a_source() {
+    Parameters::published().checked().unwrap();
+    assert!(
+        PARAMETERS
+            .iter()
+            .all(|p| !p.source.is_empty() && p.range[0] < p.range[1])
+    );
+}
+
+#[derive(Deserialize)]
+struct Golden {
+    cases: Vec<Case>,
+}
+
+#[derive(Deserialize)]
+struct Case {
+    key: String,
+    jnd: f64,
+    low: f64,
+    high: f64,
+    pitch_jnd: f64,
+    felt_level_db: f64,
+    percent_correct: f64,
+    contributions: BTreeMap<String, f64>,
+}
+
+/// The values of `golden/perception.py`, an independent program.
+#[test]
+fn values_are_those_of_the_prototype() {
+    let golden: Golden = serde_json::from_str(include_str!("../golden/perception.json")).unwrap();
+    assert!(golden.cases.len() >= 12);
+    let mut worst = 0.0f64;
+    for case in &golden.cases {
+        let found = of(&case.key);
+        let mut apart = vec![
+            found.jnd.value - case.jnd,
+            found.jnd.low - case.low,
+            found.jnd.high - case.high,
+            found.pitch_jnd - case.pitch_jnd,
+            found.felt_level.0 - case.felt_level_db,
+            found.percent_correct.value - case.percent_correct,
+        ];
+        for one in &found.contributions {
+            let name = match one.modulation_hz {
+                Some(band) => format!("modulation {}", band.0),
+                None => one.feature.name().into(),
+            };
+            apart.push(one.jnd - case.contributions.get(&name).copied().unwrap_or(0.0));
+        }
+        let largest = apart.iter().map(|d| d.abs()).fold(0.0, f64::max);
+        eprintln!("{:10} {largest:.1e}", case.key);
+        worst = worst.max(largest);
+    }
+    assert!(worst < 1e-6, "{worst:e}");
+}
