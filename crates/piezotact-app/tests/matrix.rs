@@ -253,7 +253,7 @@ fn what_was_felt_in_confused_pairs_is_shown() {
     std::fs::copy(measured("S1"), measured("S11")).unwrap();
     let other = run("answers answers.csv --felt felt").err();
     assert!(
-        other.contains("expected a texture of S11, found one of S1; rename the file after"),
+        other.contains("expected a texture of S11, found one of S1; put the file into the folder"),
         "{other}"
     );
     std::fs::write(measured("S11"), right).unwrap();

@@ -30,7 +30,7 @@ fn two_realisations_are_not_distinguishable_and_the_verdict_comes_first() {
     );
     for part in [
         "score: the largest of the next three (95 %: ",
-        "difference in the spread of short-time levels",
+        "difference over time and channels below the just-noticeable difference",
         "report: score.html",
     ] {
         assert!(out.contains(part), "{part}: {out}");

@@ -35,7 +35,7 @@ fn judged(target: &[f64], delivered: &[f64], seed: u64) -> Verification {
 fn judged_as(mode: Mode, target: &[f64], delivered: &[f64], seed: u64) -> Verification {
     let mut played = vec![0.0; delivered.len() + 2 * SILENCE];
     played[SILENCE..SILENCE + delivered.len()].copy_from_slice(delivered);
-    let played = align::in_band(&played, series(played.clone()).rate(), band());
+    let played = in_band(&played, series(played.clone()).rate(), band());
     let config = VerifyConfig {
         rendered: Some(RenderedBand {
             band: band(),

@@ -235,7 +235,7 @@ fn what_drops_out_is_found() {
 /// `samples` as a clock that is `ppm` slower records them.
 fn stretched(samples: &[f64], ppm: f64) -> Vec<f64> {
     let rate = SampleRate::new(RATE_HZ).unwrap();
-    let limited = align::in_band(samples, rate, band());
+    let limited = in_band(samples, rate, band());
     let n = limited.len();
     // All of it, however long that takes.
     (0..n + (n as f64 * 1e-6 * ppm.max(0.0)).ceil() as usize)
@@ -319,7 +319,7 @@ fn two_clocks_and_lost_samples_are_corrected_for_and_said() {
         ([3.0, 6.0, 3.0].as_slice(), None)
     );
     // A delay that wanders is neither.
-    let limited = align::in_band(&target, SampleRate::new(RATE_HZ).unwrap(), band());
+    let limited = in_band(&target, SampleRate::new(RATE_HZ).unwrap(), band());
     let wandering: Vec<f64> = (0..40_000)
         .map(|i| {
             let at = i as f64 + 5.0 * (TAU * 0.5 * i as f64 / RATE_HZ).sin();
@@ -360,8 +360,8 @@ fn a_fade_is_judged_against_what_was_to_be_felt() {
 #[test]
 fn another_realisation_is_right_for_a_texture_and_wrong_for_a_replica() {
     let rate = SampleRate::new(RATE_HZ).unwrap();
-    let target = align::in_band(&noise(50_000, 10), rate, band());
-    let other = align::in_band(&noise(50_000, 11), rate, band());
+    let target = in_band(&noise(50_000, 10), rate, band());
+    let other = in_band(&noise(50_000, 11), rate, band());
     let texture = VerifyConfig {
         mode: Mode::Texture,
         ..usual()
@@ -465,7 +465,7 @@ fn noise_that_could_be_felt_is_not_taken_for_that_of_the_sensor() {
 #[test]
 fn how_much_of_the_whole_texture_is_evaluated_is_said() {
     // The edges of the narrower band lie within that which is compared.
-    let inside = align::in_band(
+    let inside = in_band(
         &noise(40_000, 16),
         SampleRate::new(RATE_HZ).unwrap(),
         Band::new(Hertz(50.0), Hertz(400.0)).unwrap(),
@@ -525,7 +525,7 @@ fn a_copy_of_the_target_is_no_measurement() {
 /// A tone that the finger feels and that lies outside the band which is compared.
 #[test]
 fn what_is_felt_outside_the_band_is_seen() {
-    let target = align::in_band(
+    let target = in_band(
         &noise(40_000, 13),
         SampleRate::new(RATE_HZ).unwrap(),
         band(),

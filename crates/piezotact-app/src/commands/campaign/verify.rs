@@ -46,22 +46,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
             "warning: {unexplained} of the changes that the study counted are not there: a withdrawal was given again, or last events were removed; compare the checksums above with a copy of them"
         ));
     }
-    if checked.elsewhere > 0 {
-        say(&format!(
-            "{} recordings of what was played are not in this folder: they were made at other stations, or are missing; verify them there",
-            checked.elsewhere
-        ));
-    }
-    if let Some(first) = checked.uncounted.first() {
-        say(&format!(
-            "{} of attempts that were void, repeated or interrupted: no answer counts them, and they are not verified; the first is {}",
-            counted(checked.uncounted.len(), "recording"),
-            first.display()
-        ));
-    }
-    for one in &checked.wrong {
-        say(one);
-    }
+    checked.say();
     match checked.wrong.len() {
         0 => Ok(()),
         wrong => Err(Failure::Data(anyhow!(
@@ -117,6 +102,26 @@ struct Recordings {
 }
 
 impl Recordings {
+    /// Says what is elsewhere, uncounted and wrong.
+    fn say(&self) {
+        if self.elsewhere > 0 {
+            say(&format!(
+                "{} recordings of what was played are not in this folder: they were made at other stations, or are missing; verify them there",
+                self.elsewhere
+            ));
+        }
+        if let Some(first) = self.uncounted.first() {
+            say(&format!(
+                "{} of attempts that were void, repeated or interrupted: no answer counts them, and they are not verified; the first is {}",
+                counted(self.uncounted.len(), "recording"),
+                first.display()
+            ));
+        }
+        for one in &self.wrong {
+            say(one);
+        }
+    }
+
     fn add(&mut self, other: Self) {
         self.alike += other.alike;
         self.elsewhere += other.elsewhere;
