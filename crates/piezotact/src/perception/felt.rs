@@ -67,9 +67,9 @@ fn level_db(power: &[f64]) -> Vec<f64> {
 }
 
 impl Felt {
-    /// Of acceleration `x`, m/s².
-    pub(super) fn of(x: &[f64], rate_hz: f64, p: &Parameters) -> Self {
-        let excitation = Excitation::of(x, rate_hz, p);
+    /// Of acceleration `x`, m/s², of which the skin has the share `skin`.
+    pub(super) fn of(x: &[f64], rate_hz: f64, p: &Parameters, skin: &dyn Fn(f64) -> f64) -> Self {
+        let excitation = Excitation::of(x, rate_hz, p, skin);
         let step_s = excitation.step_s;
         let [rapid, pacinian] = &excitation.power;
         let envelopes = [
