@@ -195,6 +195,11 @@ def chance(c):
     return v[:18].mean() / 0.3962
 
 
+def wandering(c):
+    """The same of the mean of an excerpt: what wanders slowly shows in the first coefficients."""
+    return max(chance(c), (c[:4] ** 2).mean())
+
+
 WAVES = np.sqrt(2) * np.cos(np.pi * np.arange(1, K + 1)[:, None] * (np.arange(POINTS) + 0.5)[None, :] / POINTS)
 
 
@@ -242,7 +247,7 @@ def analyse(x, fs, p=Parameters()):
         s, v = s[cut], e[i][cut]
         levels.append(float((s * s).sum() / max(s.sum(), 1e-30)))
         psi = v * v / max((v * v).mean(), 1e-30) - v / max(v.mean(), 1e-30)
-        errors.append(DB * math.sqrt(2 * chance(C @ psi)))
+        errors.append(DB * math.sqrt(2 * (chance if whole else wandering)(C @ psi)))
     g.level, g.level_error = tuple(levels), tuple(errors)
     # What has no chance in it is a stimulus and no excerpt.
     g.whole = whole or errors[0 if levels[0] > levels[1] else 1] * math.sqrt(n * dt) < 0.15
@@ -251,7 +256,7 @@ def analyse(x, fs, p=Parameters()):
     sum_ = total[cut].sum()
     at = float(raw_ln[cut].sum() / sum_) if sum_ > 0 else 0.0
     g.log_f, g.spread = centre(*spectrum, sum(levels), p)
-    g.log_f_error = math.sqrt(2 * chance(C @ ((raw_ln[cut] - at * total[cut]) / max(total[cut].mean(), 1e-12))))
+    g.log_f_error = math.sqrt(2 * (chance if whole else wandering)(C @ ((raw_ln[cut] - at * total[cut]) / max(total[cut].mean(), 1e-12))))
     # course
     margin = min(int(0.030 / dt), n // 8)
     inner = slice(on + margin, off - margin)
@@ -466,7 +471,7 @@ def compare(a, b, p=Parameters()):
     k = np.arange(1, K + 1)
     slow = 1 / (1 + (np.pi * k / length * p.course_blur_s) ** 2) ** 2
     of = []
-    for c in range(3):
+    for c in range(3 if a.whole or b.whole else 0):
         by = math.log1p(p.course_pitch) if c == 2 else level_jnd
         weight = whole / by * (1.0 if c == 2 else share[c])
         noise = slow * K / k * (a.chance[c] + b.chance[c])
@@ -480,8 +485,9 @@ def compare(a, b, p=Parameters()):
                 best = max(best, math.sqrt(kept / own) * size)
         of.append(weight * best)
         errors.append(weight * math.sqrt(2 * noise.sum() / K))
-    c = 0 if of[0] > of[1] else 1
-    features += [("course of level", CHANNELS[c], None, of[c]), ("course of pitch", None, None, of[2])]
+    if of:  # two excerpts have no common begin
+        c = 0 if of[0] > of[1] else 1
+        features += [("course of level", CHANNELS[c], None, of[c]), ("course of pitch", None, None, of[2])]
     # modulation
     of = []
     for c in range(2):

@@ -5,11 +5,13 @@ use std::f64::consts::{PI, SQRT_2};
 /// The coefficients that are compared.
 pub(super) const SLOW: usize = 6;
 /// Those from which the part of chance is estimated come behind them.
-const ALL: usize = 30;
+pub(super) const ALL: usize = 30;
 /// Of these, so many of the smallest count: lines of a periodic course are among the others.
 const SMALLEST: usize = 18;
 /// The mean of the 18 smallest of 24 squares of normal deviates.
 const SMALLEST_MEAN: f64 = 0.3962;
+/// Coefficients in which a slow change of an excerpt shows.
+const WANDERING: usize = 4;
 /// Points at which the difference of two courses is evaluated.
 const POINTS: usize = 64;
 
@@ -33,6 +35,12 @@ pub(super) fn chance(coefficients: &[f64; ALL]) -> f64 {
     let mut squares: Vec<f64> = coefficients[SLOW..].iter().map(|c| c * c).collect();
     squares.sort_by(f64::total_cmp);
     squares[..SMALLEST].iter().sum::<f64>() / SMALLEST as f64 / SMALLEST_MEAN
+}
+
+/// The variance of the mean of an excerpt: what wanders slowly shows in the first coefficients.
+pub(super) fn wandering(coefficients: &[f64; ALL]) -> f64 {
+    let slow = &coefficients[..WANDERING];
+    chance(coefficients).max(slow.iter().map(|c| c * c).sum::<f64>() / WANDERING as f64)
 }
 
 /// `values` less their mean.

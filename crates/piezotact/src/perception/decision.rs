@@ -161,8 +161,12 @@ impl Comparison<'_> {
         }
     }
 
+    /// The slow course; two excerpts have no common begin, and none.
     fn course(&mut self) {
         let (a, b, p) = (self.a, self.b, self.p);
+        if !(a.whole || b.whole) {
+            return;
+        }
         let length_s = (a.length_s * b.length_s).sqrt();
         let whole = (length_s / (length_s + p.course_whole_s)).sqrt();
         let slow = blur(length_s, p.course_blur_s);

@@ -92,14 +92,17 @@ fn demodulate(bins: &mut [Complex<f64>], transform: &mut RealTransform, df: f64,
 }
 
 impl Excitation {
-    /// Of acceleration `x`, m/s².
-    pub(super) fn of(x: &[f64], rate_hz: f64, p: &Parameters) -> Self {
+    /// Of acceleration `x`, m/s², of which the skin has the share `skin`, an amplitude ratio by frequency in Hz.
+    pub(super) fn of(x: &[f64], rate_hz: f64, p: &Parameters, skin: &dyn Fn(f64) -> f64) -> Self {
         let n = x.len();
         let (x, whole) = faded(x, rate_hz);
         let pad = fast_length(n + (PAD_S * rate_hz) as usize);
         let df = rate_hz / pad as f64;
         let mut transform = RealTransform::new(pad);
         let mut bins = transform.forward(&x);
+        for (k, bin) in bins.iter_mut().enumerate().skip(1) {
+            *bin *= skin(k as f64 * df);
+        }
         demodulate(&mut bins, &mut transform, df, p.demodulation_hz);
 
         let m = (ENVELOPE_RATE_HZ * pad as f64 / rate_hz) as usize;

@@ -1,7 +1,7 @@
 //! What is felt of one vibration.
 
 use super::Parameters;
-use super::course::{SLOW, about_mean, chance, coefficients};
+use super::course::{ALL, SLOW, about_mean, chance, coefficients, wandering};
 use super::events::{Rate, Sequence, rate, sequence};
 use super::excitation::{Excitation, after_effect, centre, one_pole, smoothed, two_poles};
 use super::modulation::{Modulation, modulation};
@@ -32,6 +32,9 @@ const WAIT_OF_SCATTER: f64 = 0.020;
 
 /// What has a smaller error of level, dB·√s, has no chance in it: it is a stimulus and no excerpt, and its length is its own.
 const WITHOUT_CHANCE: f64 = 0.15;
+
+/// The variance of a mean from the coefficients of what it is the mean of.
+type Variance = fn(&[f64; ALL]) -> f64;
 
 /// What is felt of one vibration.
 #[derive(Clone, Debug)]
@@ -67,9 +70,9 @@ fn level_db(power: &[f64]) -> Vec<f64> {
 }
 
 impl Felt {
-    /// Of acceleration `x`, m/s².
-    pub(super) fn of(x: &[f64], rate_hz: f64, p: &Parameters) -> Self {
-        let excitation = Excitation::of(x, rate_hz, p);
+    /// Of acceleration `x`, m/s², of which the skin has the share `skin`.
+    pub(super) fn of(x: &[f64], rate_hz: f64, p: &Parameters, skin: &dyn Fn(f64) -> f64) -> Self {
+        let excitation = Excitation::of(x, rate_hz, p, skin);
         let step_s = excitation.step_s;
         let [rapid, pacinian] = &excitation.power;
         let envelopes = [
@@ -94,12 +97,13 @@ impl Felt {
 
         let level = own.map(own_level);
         let (log_hz, spread) = centre(&excitation.spectrum, level[0] + level[1], p);
+        let variance = if excitation.whole { chance } else { wandering };
         let total: Vec<f64> = rapid.iter().zip(pacinian).map(|(a, b)| a + b).collect();
-        let pitch = Pitch::of(&total, &excitation.log_power, step_s, on..off);
+        let pitch = Pitch::of(&total, &excitation, on..off, variance);
         let margin = ((CHANCE_MARGIN_S / step_s) as usize).min(n / 8);
         let courses = [&levels[0], &levels[1], &pitch.moved];
         let length_s = n as f64 * step_s;
-        let level_error_db = [0, 1].map(|c| level_error_db(&envelopes[c][on..off]));
+        let level_error_db = [0, 1].map(|c| level_error_db(&envelopes[c][on..off], variance));
         let stronger = usize::from(level[0] <= level[1]);
         let mut felt = Self {
             length_s,
@@ -166,11 +170,11 @@ fn own_level(power: &[f64]) -> f64 {
 }
 
 /// The standard error of the own level, dB.
-fn level_error_db(power: &[f64]) -> f64 {
+fn level_error_db(power: &[f64], variance: Variance) -> f64 {
     let first = mean(power).max(1e-30);
     let second = (power.iter().map(|v| v * v).sum::<f64>() / power.len().max(1) as f64).max(1e-30);
     let influence: Vec<f64> = power.iter().map(|v| v * v / second - v / first).collect();
-    DB_PER_NEPER * (2.0 * chance(&coefficients(&influence))).sqrt()
+    DB_PER_NEPER * (2.0 * variance(&coefficients(&influence))).sqrt()
 }
 
 struct Pitch {
@@ -181,7 +185,14 @@ struct Pitch {
 }
 
 impl Pitch {
-    fn of(total: &[f64], log_power: &[f64], step_s: f64, felt: std::ops::Range<usize>) -> Self {
+    fn of(
+        total: &[f64],
+        excitation: &Excitation,
+        felt: std::ops::Range<usize>,
+        variance: Variance,
+    ) -> Self {
+        let log_power = &excitation.log_power;
+        let step_s = excitation.step_s;
         let sum: f64 = total[felt.clone()].iter().sum();
         let log_hz = if sum > 0.0 {
             log_power[felt.clone()].iter().sum::<f64>() / sum
@@ -202,7 +213,7 @@ impl Pitch {
             }
         });
         Self {
-            error: (2.0 * chance(&coefficients(&influence))).sqrt(),
+            error: (2.0 * variance(&coefficients(&influence))).sqrt(),
             moved: moved.collect(),
         }
     }

@@ -15,6 +15,7 @@ mod excitation;
 mod felt;
 mod modulation;
 mod parameters;
+mod words;
 
 use std::fmt;
 
@@ -213,11 +214,57 @@ pub struct PerceivedDifference {
     pub felt_for: [Seconds; 2],
     /// Whether the difference is below one JND.
     pub criterion: Criterion<Judged>,
+    /// Beyond which what was measured with people it lies.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub limitations: Vec<Limitation>,
 }
 
 /// The absolute value of `delta` less what `times` its `variance` explains.
 fn left(delta: f64, variance: f64, times: f64) -> f64 {
     (delta * delta - times * variance).max(0.0).sqrt()
+}
+
+/// Beyond which what was measured with people the result lies.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(tag = "is", rename_all = "snake_case")]
+pub enum Limitation {
+    /// JND were measured at lower levels over threshold.
+    Level { sensation_level: Decibels },
+    /// Shorter than the integration of the Pacinian channel.
+    Short { felt_for: Seconds },
+}
+
+/// The highest level over threshold at which JND were measured, dB.
+const HIGHEST_MEASURED_DB: f64 = 48.0;
+
+impl fmt::Display for Limitation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Level { sensation_level } => write!(
+                f,
+                "{:.1} dB over threshold: just-noticeable differences were measured up to {} dB",
+                sensation_level.0, HIGHEST_MEASURED_DB
+            ),
+            Self::Short { felt_for } => write!(
+                f,
+                "felt for {:.3} s, shorter than the Pacinian channel integrates",
+                felt_for.0
+            ),
+        }
+    }
+}
+
+/// What the difference becomes when a parameter is at the ends of its range.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct Sensitivity {
+    /// The field of [`Parameters`].
+    pub parameter: &'static str,
+    /// The ends of its range.
+    pub range: [f64; 2],
+    /// The difference there, JND.
+    pub jnd: [f64; 2],
 }
 
 /// How different `test` feels from `reference`, accelerations of the skin in m/s²: in JND, d′ and % of right judgements, and by feature
@@ -231,16 +278,62 @@ fn left(delta: f64, variance: f64, times: f64) -> f64 {
 /// # Errors
 /// [`PerceptionError::Rate`] below 1000 Hz; [`PerceptionError::TooShort`] below 50 ms; [`PerceptionError::Parameter`] with a parameter
 /// outside its published range.
+///
+/// ```
+/// use piezotact::perception::{Parameters, perceived_difference};
+/// use piezotact::quantity::{Acceleration, SampleRate};
+/// let rate = SampleRate::new(8000.0).unwrap();
+/// let of = |depth: f64| {
+///     let at = |i: usize| {
+///         let turn = std::f64::consts::TAU * i as f64 / 8000.0;
+///         (1.0 + depth * (30.0 * turn).sin()) * (300.0 * turn).sin()
+///     };
+///     let samples = (0..8000).map(|i| at(i) / (1.0 + 0.5 * depth * depth).sqrt()).collect();
+///     piezotact::Series::<Acceleration>::new(samples, rate).unwrap()
+/// };
+/// // Of equal energy, and told apart by everybody.
+/// let felt = perceived_difference(&of(0.0), &of(1.0), &Parameters::published()).unwrap();
+/// assert!(felt.jnd.low > 2.0);
+/// ```
 pub fn perceived_difference(
     reference: &Series<Acceleration>,
     test: &Series<Acceleration>,
     parameters: &Parameters,
 ) -> Result<PerceivedDifference, PerceptionError> {
+    perceived_through(reference, test, parameters, &|_| Decibels(0.0))
+}
+
+/// As [`perceived_difference`], of accelerations of the nail: `skin_over_nail` is the level of the skin's motion over the nail's by
+/// frequency, dB.
+///
+/// Source: [`perceived_difference`].
+///
+/// # Errors
+/// Those of [`perceived_difference`].
+pub fn perceived_through(
+    reference: &Series<Acceleration>,
+    test: &Series<Acceleration>,
+    parameters: &Parameters,
+    skin_over_nail: &dyn Fn(Hertz) -> Decibels,
+) -> Result<PerceivedDifference, PerceptionError> {
     let parameters = parameters.checked()?;
-    let a = felt("the reference", reference, parameters)?;
-    let b = felt("the test", test, parameters)?;
+    let skin = |hz: f64| skin_over_nail(Hertz(hz)).amplitude_ratio();
+    let a = felt("the reference", reference, parameters, &skin)?;
+    let b = felt("the test", test, parameters, &skin)?;
     let decision = decision::decide(&a, &b, parameters);
     let jnd = decision.jnd;
+    let sensation_level = decision.sensation_level_db.map(Decibels);
+    let felt_for = [a.length_s, b.length_s].map(Seconds);
+    let loud = sensation_level
+        .into_iter()
+        .filter(|l| l.0 > HIGHEST_MEASURED_DB);
+    let short = felt_for
+        .into_iter()
+        .filter(|s| s.0 < parameters.integration_s);
+    let limitations = loud
+        .map(|sensation_level| Limitation::Level { sensation_level })
+        .chain(short.map(|felt_for| Limitation::Short { felt_for }))
+        .collect();
     Ok(PerceivedDifference {
         jnd,
         d_prime: jnd.map(|jnd| D_PRIME_OF_JND * jnd),
@@ -248,8 +341,8 @@ pub fn perceived_difference(
         contributions: decision.contributions,
         pitch_jnd: decision.pitch_jnd,
         felt_level: Decibels(decision.felt_level_db),
-        sensation_level: decision.sensation_level_db.map(Decibels),
-        felt_for: [a.length_s, b.length_s].map(Seconds),
+        sensation_level,
+        felt_for,
         criterion: Criterion::new(
             Judged::PerceivedDifference,
             "JND",
@@ -257,13 +350,46 @@ pub fn perceived_difference(
             Some([jnd.low, jnd.high]),
             Limit::at_most(1.0),
         ),
+        limitations,
     })
+}
+
+/// What the difference of `test` from `reference` becomes, JND, when each parameter in turn is at the ends of its range, the one that
+/// changes it most first.
+///
+/// Source: [`PARAMETERS`].
+///
+/// # Errors
+/// Those of [`perceived_difference`].
+pub fn sensitivity(
+    reference: &Series<Acceleration>,
+    test: &Series<Acceleration>,
+    parameters: &Parameters,
+) -> Result<Vec<Sensitivity>, PerceptionError> {
+    let mut found = Vec::with_capacity(PARAMETERS.len());
+    for (place, one) in PARAMETERS.iter().enumerate() {
+        let [low, high] = one.range.map(|value| {
+            let changed = parameters.with(place, value);
+            perceived_difference(reference, test, &changed).map(|found| found.jnd.value)
+        });
+        found.push(Sensitivity {
+            parameter: one.name,
+            range: one.range,
+            jnd: [low?, high?],
+        });
+    }
+    found.sort_by(|x, y| {
+        let change = |one: &Sensitivity| (one.jnd[1] - one.jnd[0]).abs();
+        change(y).total_cmp(&change(x))
+    });
+    Ok(found)
 }
 
 fn felt(
     what: &'static str,
     x: &Series<Acceleration>,
     p: &Parameters,
+    skin: &dyn Fn(f64) -> f64,
 ) -> Result<felt::Felt, PerceptionError> {
     let rate_hz = x.rate().hz();
     if rate_hz < LOWEST_RATE_HZ {
@@ -278,5 +404,5 @@ fn felt(
             found: x.duration(),
         });
     }
-    Ok(felt::Felt::of(x.samples(), rate_hz, p))
+    Ok(felt::Felt::of(x.samples(), rate_hz, p, skin))
 }

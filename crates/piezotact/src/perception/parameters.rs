@@ -48,6 +48,10 @@ macro_rules! parameters {
             fn values(&self) -> Vec<f64> {
                 vec![$(self.$name,)*]
             }
+
+            fn values_mut(&mut self) -> Vec<&mut f64> {
+                vec![$(&mut self.$name,)*]
+            }
         }
     };
 }
@@ -122,6 +126,14 @@ parameters! {
 }
 
 impl Parameters {
+    /// The same with the parameter of that place in [`PARAMETERS`] at `value`.
+    pub(super) fn with(mut self, place: usize, value: f64) -> Self {
+        if let Some(one) = self.values_mut().into_iter().nth(place) {
+            *one = value;
+        }
+        self
+    }
+
     /// Itself, where every value lies within its range.
     ///
     /// # Errors

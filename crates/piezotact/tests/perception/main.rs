@@ -12,8 +12,9 @@ use std::collections::BTreeMap;
 use piezotact::criterion::Outcome;
 use piezotact::perception::{
     Feature, PARAMETERS, Parameters, PerceivedDifference, PerceptionError, perceived_difference,
+    perceived_through, sensitivity,
 };
-use piezotact::quantity::{Acceleration, SampleRate};
+use piezotact::quantity::{Acceleration, Decibels, SampleRate};
 use piezotact::series::Series;
 use serde::Deserialize;
 use signals::{FS, equal_energy, louder, modulated, noise, padded, pair, ramp, series, taps, tone};
@@ -208,6 +209,60 @@ fn the_difference_does_not_depend_on_how_it_is_recorded() {
     };
     let fast = perceived_difference(&twice(&a), &series(&b), &Parameters::published()).unwrap();
     assert!((fast.jnd.value - jnd).abs() < 0.05, "{fast:?}");
+}
+
+#[test]
+fn what_is_felt_is_said_in_words() {
+    let says = |key: &str, parts: &[&str]| {
+        let text = of(key).sentence();
+        assert!(parts.iter().all(|part| text.contains(part)), "{text}");
+    };
+    says(
+        "13.30",
+        &[
+            "distinguishable",
+            "100 %",
+            "modulation at 24 Hz (Pacini), 4",
+        ],
+    );
+    says("3.80", &["below the just-noticeable difference: 0.43 JND"]);
+    says("1.80", &["not decided: 1.0", "level (Pacini), 100 %"]);
+    let quiet = compared(&tone(250.0, -10.0), &tone(250.0, -20.0));
+    assert!(
+        quiet.sentence().contains("neither reaches"),
+        "{}",
+        quiet.sentence()
+    );
+    assert_eq!(of("II.24").blocks().len(), 3);
+    let loud = compared(&tone(250.0, 60.0), &tone(250.0, 60.0));
+    assert_eq!(loud.limitations.len(), 2);
+    assert!(
+        loud.limitations[0].to_string().contains("59.4 dB"),
+        "{:?}",
+        loud.limitations
+    );
+}
+
+/// The JND of level moves a difference of level, and nothing else of what concerns time; a map from nail to skin is a filter.
+#[test]
+fn what_the_difference_depends_on() {
+    let [a, b] = pair("1.80");
+    let (a, b) = (series(&a), series(&b));
+    let all = sensitivity(&a, &b, &Parameters::published()).unwrap();
+    assert_eq!(all.len(), PARAMETERS.len());
+    let of = |name| all.iter().find(|one| one.parameter == name).unwrap();
+    // A threshold 35 dB higher leaves nothing to be felt.
+    assert_eq!(all[0].parameter, "threshold_offset_db");
+    assert_eq!(all[1].parameter, "level_jnd_20_db");
+    let level = all[1].jnd;
+    assert!((level[0] / level[1] - 3.0 / 1.8).abs() < 0.15, "{level:?}");
+    let rate = of("rate_jnd");
+    assert_eq!(rate.jnd[0], rate.jnd[1]);
+    let published = Parameters::published();
+    let plain = perceived_difference(&a, &b, &published).unwrap();
+    let softer = perceived_through(&a, &b, &published, &|_| Decibels(-10.0)).unwrap();
+    let apart = plain.sensation_level[0].0 - softer.sensation_level[0].0;
+    assert!((apart - 10.0).abs() < 0.1, "{apart}");
 }
 
 #[test]
