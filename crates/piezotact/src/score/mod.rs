@@ -38,7 +38,7 @@ pub use crate::discrimination::Difference;
 use crate::discrimination::{ContactMap, Differences, Excitation, Model, differences};
 use crate::feature::Weighting;
 use crate::number::rounded;
-use crate::perception::{Parameters, PerceivedDifference, perceived_difference};
+use crate::perception::{Parameters, PerceivedDifference, perceived_through};
 use crate::quantity::{Acceleration, Band, Decibels, Hertz, Seconds};
 use crate::series::{Series, SeriesError};
 use crate::spectrum::{EstimateError, RECOMMENDED_SEGMENTS, WelchConfig, welch};
@@ -203,7 +203,7 @@ pub struct Score {
     pub bands: Vec<BandScore>,
     /// The spectra line by line.
     pub spectrum_error: SpectrumError,
-    /// How far they are apart over time and channels; absent with a nail-to-skin map, and where they are too short.
+    /// How far they are apart over time and channels; absent where they are too short.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub over_time: Option<OverTime>,
     /// The spread of short-time levels of the reference and the test, dB; it is not part of the score.
@@ -346,10 +346,8 @@ fn scored(
         ),
     };
     let over_time = match measures {
-        Measures::All if config.contact.is_none() => {
-            over_time([reference, test], extent, config.band)
-        }
-        _ => None,
+        Measures::All => over_time([reference, test], extent, &model),
+        Measures::None => None,
     };
     let criteria = verdict::criteria(
         score,
@@ -656,17 +654,19 @@ pub fn not_felt<const N: usize>(names: [&str; N], sensation_db: [f64; N]) -> Vec
     below.map(warning).collect()
 }
 
-/// How far the two are apart over time and channels within `band`; `None` where they are too short, or sampled too slowly.
-fn over_time(both: [&Series<Acceleration>; 2], extent: Extent, band: Band) -> Option<OverTime> {
-    let of_skin = |x: &Series<Acceleration>| {
-        let samples = in_band(x.samples(), x.rate(), band);
+/// How far the two are apart over time and channels within the band of `model`; `None` where they are too short, or sampled too slowly.
+fn over_time(both: [&Series<Acceleration>; 2], extent: Extent, model: &Model) -> Option<OverTime> {
+    let limited = |x: &Series<Acceleration>| {
+        let samples = in_band(x.samples(), x.rate(), model.band);
         Series::<Acceleration>::new(samples, x.rate()).ok()
     };
-    let [a, b] = both.map(of_skin);
+    let [a, b] = both.map(limited);
     let (a, b) = a.zip(b)?;
+    let contact = model.contact.as_ref();
+    let skin = |at: Hertz| Decibels(contact.map_or(0.0, |map| map.ratio_db(at)));
     let published = Parameters::published();
     let apart = |a: &Series<Acceleration>, b: &Series<Acceleration>| {
-        perceived_difference(a, b, &published).ok()
+        perceived_through(a, b, &published, &skin).ok()
     };
     let halves = |x: &Series<Acceleration>| {
         let (first, second) = x.samples().split_at(x.samples().len() / 2);

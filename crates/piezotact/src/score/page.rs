@@ -8,7 +8,6 @@ use crate::criterion::Outcome;
 use crate::document::Content;
 use crate::figure::{Axis, Chart, Figure, Line, Mark, Tone, range};
 use crate::page::{Block, Cell, Column, Fact, Number, Page, Shown, Table, fixed};
-use crate::perception::Estimate;
 use crate::quantity::{Decibels, Hertz};
 use crate::recording::{BenchKind, Provenance};
 
@@ -126,42 +125,16 @@ impl Score {
         ]
     }
 
-    /// What the difference over time and channels consists of.
+    /// What the difference over time and channels consists of; the conclusion is that of the score.
     fn features(&self) -> Vec<Block> {
         let Some(found) = &self.over_time else {
             return Vec::new();
         };
-        let difference = &found.difference;
-        let range = |of: Estimate, decimals: usize| {
-            let [low, high] = [of.low, of.high].map(|value| fixed(value, decimals));
-            format!("{low}–{high}")
-        };
-        let (jnd, right) = (difference.jnd, difference.percent_correct);
-        let numbers = vec![
-            Number::new(
-                format!("{:.2} JND", jnd.value),
-                format!("difference over time and channels ({})", range(jnd, 2)),
-            ),
-            Number::new(
-                format!("{:.0} %", right.value),
-                format!("right judgements of two intervals ({})", range(right, 0)),
-            ),
-        ];
-        let mut table = Table::new([
-            Column::new("feature", "feature"),
-            Column::new("JND", "feature_jnd"),
-            Column::new("share, %", "share_percent"),
-        ]);
-        let felt = difference.contributions.iter();
-        let felt = felt.filter(|one| one.share >= 0.01).map(|one| {
-            vec![
-                Cell::Text(one.to_string()),
-                Cell::rounded(one.jnd, 2),
-                Cell::rounded(one.share * 100.0, 0),
-            ]
-        });
-        table.rows = felt.collect();
-        vec![Block::numbers(numbers), table.into(), Block::note(FEATURES)]
+        let parts = found.difference.blocks();
+        let parts = parts
+            .into_iter()
+            .filter(|block| !matches!(block, Block::Conclusion { .. }));
+        parts.chain([Block::note(FEATURES)]).collect()
     }
 
     /// The strongest third octave of each where it is below the threshold although all third octaves together are above it, in words.

@@ -164,7 +164,7 @@ impl Verdict {
         let in_time = |c: &&Criterion<ScoreCriterion>| matches!(c.what, Time | LoudestMoment);
         let outcome_of = |what| criteria.iter().find(|c| c.what == what).map(|c| c.outcome);
         let features = match (outcome_of(Time), over_time) {
-            (Some(Outcome::NotMet), Some(found)) => found.features(),
+            (Some(Outcome::NotMet), Some(found)) => found.difference.main_contributions(),
             _ => Vec::new(),
         };
         let mut of_levels = criteria.iter().filter(|c| !in_time(c));
@@ -345,17 +345,6 @@ impl super::Score {
                 jnd.value, jnd.low, jnd.high
             )
         })
-    }
-}
-
-impl OverTime {
-    /// What the difference consists of: the features of a tenth of it or more, the largest first.
-    fn features(&self) -> Vec<Contribution> {
-        let all = self.difference.contributions.iter();
-        all.filter(|one| one.share >= 0.1)
-            .take(3)
-            .copied()
-            .collect()
     }
 }
 
