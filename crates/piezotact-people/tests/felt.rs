@@ -107,7 +107,9 @@ fn six_decibels_of_one_spectrum_are_told_by_level_alone() {
     assert!((pair.comparisons[0].level_db - 6.0).abs() < 0.5);
     let text = sentence(&found);
     assert!(
-        text.starts_with("A – B: confused although level separates them, spectrum does not"),
+        text.starts_with(
+            "A – B: confused although level separates them, spectrum and time course do not"
+        ),
         "{text}"
     );
     // Pairs that nobody confused are left out.
@@ -120,7 +122,7 @@ fn six_decibels_of_one_spectrum_are_told_by_level_alone() {
 }
 
 #[test]
-fn another_spectrum_at_one_level_is_told_by_spectrum_alone() {
+fn another_spectrum_at_one_level_is_told_by_spectrum_and_not_by_level() {
     let (a, b) = (texture(80.0, 1), texture(400.0, 2));
     // At one sensation level, not at one rms.
     let level_db = |found: &Association| {
@@ -131,7 +133,11 @@ fn another_spectrum_at_one_level_is_told_by_spectrum_alone() {
     let found = of_two(a, b.amplified(Decibels(-apart)));
     assert!(level_db(&found).abs() < 1e-9);
     assert_eq!(separates(&found), (Separates::No, Separates::Yes));
-    assert!(sentence(&found).contains("spectrum separates them, level does not"));
+    let text = sentence(&found);
+    assert!(
+        text.contains("spectrum and time course separate them, level does not"),
+        "{text}"
+    );
 }
 
 #[test]
@@ -140,7 +146,7 @@ fn realisations_of_one_texture_are_told_by_neither() {
     assert_eq!(separates(&found), (Separates::No, Separates::No));
     let text = sentence(&found);
     assert!(
-        text.contains("confused; neither level nor spectrum separates them"),
+        text.contains("confused; neither level, spectrum nor time course separates them"),
         "{text}"
     );
     let same = of_two(texture(200.0, 1), read_again(&texture(200.0, 1)));
@@ -227,6 +233,34 @@ fn recordings_that_are_missing_or_too_short_are_warnings_and_no_verdict() {
     }));
 }
 
+/// One level and one spectrum, and a modulation that everybody feels: only the time course separates them; two of one modulation are alike.
+#[test]
+fn a_modulation_of_one_spectrum_separates_by_time_course_alone() {
+    let modulated = |seed: u64, depth: f64| {
+        let flat = texture(200.0, seed);
+        let rate_hz = flat.rate().hz();
+        let samples = flat.samples().iter().enumerate();
+        let at = |(i, v): (usize, &f64)| {
+            let carrier = (std::f64::consts::TAU * 5.0 * i as f64 / rate_hz).sin();
+            v * (1.0 + depth * carrier) / (1.0 + 0.5 * depth * depth).sqrt()
+        };
+        Series::new(samples.map(at).collect(), flat.rate()).unwrap()
+    };
+    let found = of_two(modulated(1, 0.0), modulated(2, 1.0));
+    assert_eq!(separates(&found), (Separates::No, Separates::No));
+    let text = sentence(&found);
+    assert!(
+        text.starts_with(
+            "A – B: confused although time course separates them, level and spectrum do not"
+        ),
+        "{text}"
+    );
+    assert!(text.contains("in modulation at 6 Hz"), "{text}");
+    let alike = of_two(modulated(1, 1.0), modulated(2, 1.0));
+    let one = &alike.felt.as_ref().unwrap().pairs[0].comparisons[0];
+    assert_eq!(one.by_time, Separates::No, "{}", sentence(&alike));
+}
+
 #[test]
 fn participants_are_compared_each_with_their_own() {
     let mut all = Vec::new();
@@ -238,7 +272,7 @@ fn participants_are_compared_each_with_their_own() {
     let found = with(&all);
     let pair = &found.felt.as_ref().unwrap().pairs[0];
     assert_eq!(pair.comparisons.len(), 3);
-    assert_eq!(pair.separated(), [1, 0]);
+    assert_eq!(pair.separated(), [1, 0, 0]);
     let text = pair.sentence();
     assert!(
         text.contains("confused although of 3 participants, level separates them for 1"),
@@ -268,7 +302,7 @@ fn participants_are_compared_each_with_their_own() {
     assert_eq!(row("A", "C")[at("felt_compared")].whole(), "");
 }
 
-/// One file under two names used to be "neither level nor spectrum separates them", and a scaled one "level separates them".
+/// One file under two names used to be "neither level, spectrum nor time course separates them", and a scaled one "level separates them".
 #[test]
 fn copies_are_not_compared_whatever_their_level_and_delay() {
     let one = texture(200.0, 1);

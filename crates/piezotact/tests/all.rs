@@ -32,6 +32,7 @@ mod sensor_noise;
 mod shared_data;
 mod sound_golden;
 mod strokes;
+mod strokes_over_time;
 mod structure;
 mod studies;
 mod study;

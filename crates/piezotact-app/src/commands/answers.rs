@@ -62,7 +62,7 @@ pub(crate) struct Arguments {
     without_flagged: bool,
     /// What was felt: a folder with one recording for each sample, named as the sample (S1.parquet, S1.wav …), such as the folder of
     /// `piezotact prepare`; or such folders, each named by the pseudonym of its participant. Draws the spectra of confused pairs side
-    /// by side and states whether level or spectrum separates them.
+    /// by side and states whether level, spectrum or time course separates them.
     #[arg(long, value_name = "FOLDER")]
     felt: Option<PathBuf>,
     /// The band in which --felt compares, in Hz.

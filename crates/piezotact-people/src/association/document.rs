@@ -34,12 +34,14 @@ pub(super) const UNTESTED: &str = "n/a";
 const TERMINAL_SAMPLES: usize = 30;
 
 /// What was felt in a pair, in tables of cells: heading and name.
-const FELT_COLUMNS: [(&str, &str); 5] = [
+const FELT_COLUMNS: [(&str, &str); 7] = [
     ("compared by", "felt_compared"),
     ("level, JND", "felt_level_jnd"),
     ("level separates", "felt_level_separates"),
     ("spectrum, JND", "felt_spectrum_jnd"),
     ("spectrum separates", "felt_spectrum_separates"),
+    ("time course, JND", "felt_time_jnd"),
+    ("time course separates", "felt_time_separates"),
 ];
 
 /// What answers are divided by: one matrix for each.
@@ -619,13 +621,15 @@ impl Association {
         let Some(pair) = found.filter(|one| !one.comparisons.is_empty()) else {
             return vec![TableCell::Missing(()); FELT_COLUMNS.len()];
         };
-        let [level, spectrum] = pair.separated();
+        let [level, spectrum, time] = pair.separated();
         vec![
             count(pair.comparisons.len()),
             TableCell::from(pair.median_jnd(FeltCriterion::Level)),
             count(level),
             TableCell::from(pair.median_jnd(FeltCriterion::Spectrum)),
             count(spectrum),
+            TableCell::from(pair.median_jnd(FeltCriterion::TimeCourse)),
+            count(time),
         ]
     }
 

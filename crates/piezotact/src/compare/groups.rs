@@ -123,8 +123,8 @@ fn sentence(
     let model = &config.model;
     format!(
         "criteria: distinguishable if the difference exceeds the variability between {} of one sample (permutation test{}, \
-         {:.0} % over {}) and {:.1} dB or {:.2} JND; below the JND if it is within {:.2} dB; distances in JND of {:.2} \
-         dB over {}",
+         {:.0} % over {}) and {:.1} dB or {:.2} JND, or over time 1 JND; below the JND if it is within {:.2} dB, and over time within \
+         1 JND; distances in JND of {:.2} dB over {}",
         units.word(),
         if settings > 1 {
             " over all settings together"
@@ -496,6 +496,7 @@ fn pair(
         parts_jnd: [found.spectrum.jnd, found.level.jnd, found.balance.jnd],
         permuted: None,
         p_adjusted: None,
+        felt_in: Vec::new(),
         neither_felt: first.mean.total() <= 1.0 && second.mean.total() <= 1.0,
         criteria: vec![
             against(PairCriterion::JustNoticeableDifference, model.limit()),

@@ -7,6 +7,7 @@ mod distinguishability;
 mod groups;
 mod left_out;
 mod lines;
+mod over_time;
 mod period;
 mod receptors;
 mod summary;
@@ -20,6 +21,7 @@ pub use distinguishability::{Distinguishability, Groups, Pair, PairCriterion, Sa
 pub use groups::{AcrossSamples, DiscriminationConfig, Texture, WithheldCause, discriminate};
 pub use left_out::{TextureWithLines, discriminate_without};
 pub use lines::{CommonLine, LineOrigin, LinesOf, common_lines, lines_in_doubt, set_apart};
+pub use over_time::{PerceivedStrokes, add_over_time};
 pub use period::{
     AlongTheWay, FoundIn, GroupPeriod, LinesOfSpeeds, PeriodCriterion, PeriodUnit, Sliding,
     SpatialPeriod, SpeedPeak, WayPeak, WaySpectrum, compare_periods, spatial_period,

@@ -62,6 +62,15 @@ impl Model {
         }
     }
 
+    /// The level of the skin's motion over the nail's at `frequency`, dB: 0 without a contact map.
+    ///
+    /// Source: [`ContactMap::ratio_db`].
+    #[must_use]
+    pub fn skin_over_nail(&self, frequency: Hertz) -> Decibels {
+        let contact = self.contact.as_ref();
+        Decibels(contact.map_or(0.0, |map| map.ratio_db(frequency)))
+    }
+
     /// Where the JND come from.
     #[must_use]
     pub fn jnd_source(&self) -> &'static str {

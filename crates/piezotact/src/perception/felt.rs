@@ -5,7 +5,7 @@ use super::course::{ALL, SLOW, about_mean, chance, coefficients, wandering};
 use super::events::{Rate, Sequence, rate, sequence};
 use super::excitation::{Excitation, after_effect, centre, one_pole, smoothed, two_poles};
 use super::modulation::{Modulation, modulation};
-use super::parameters::MODULATION_BANDS_HZ;
+use super::parameters::{MODULATION_BANDS_HZ, MODULATION_DB};
 use crate::statistics::median;
 
 /// dB of a power whose natural logarithm changes by 1.
@@ -32,6 +32,9 @@ const WAIT_OF_SCATTER: f64 = 0.020;
 
 /// What has a smaller error of level, dB·√s, has no chance in it: it is a stimulus and no excerpt, and its length is its own.
 const WITHOUT_CHANCE: f64 = 0.15;
+
+/// A modulation of less than this share of the one that is felt has no logarithm.
+const LEAST_MODULATION: f64 = 0.01;
 
 /// The variance of a mean from the coefficients of what it is the mean of.
 type Variance = fn(&[f64; ALL]) -> f64;
@@ -128,6 +131,79 @@ impl Felt {
         };
         felt.judge_time(&louder[on..off], step_s);
         felt
+    }
+
+    /// The mean of excerpts of one texture; `None` of nothing.
+    pub(super) fn mean(all: &[&Self]) -> Option<Self> {
+        let first = *all.first()?;
+        let of = |value: &dyn Fn(&Self) -> f64| {
+            mean(&all.iter().map(|one| value(one)).collect::<Vec<_>>())
+        };
+        // The value and the squared standard error of its mean.
+        let error = |values: Vec<[f64; 2]>| {
+            let n = values.len() as f64;
+            let middle = values.iter().map(|v| v[0]).sum::<f64>() / n;
+            let squares: f64 = values.iter().map(|v| (v[0] - middle).powi(2)).sum();
+            let within = values.iter().map(|v| v[1]).sum::<f64>() / n;
+            within.max(squares / (n - 1.0).max(1.0)) / n
+        };
+        let rates: Option<Vec<&Rate>> = all.iter().map(|one| one.rate.as_ref()).collect();
+        let rate = rates.map(|rates| Rate {
+            log: mean(&rates.iter().map(|rate| rate.log).collect::<Vec<_>>()),
+            error: error(
+                rates
+                    .iter()
+                    .map(|rate| [rate.log, rate.error.powi(2)])
+                    .collect(),
+            )
+            .sqrt(),
+        });
+        let brief: Vec<[f64; 2]> = all.iter().filter_map(|one| one.brief_db).collect();
+        let brief_db = (!brief.is_empty())
+            .then(|| [0, 1].map(|k| mean(&brief.iter().map(|db| db[k]).collect::<Vec<_>>())));
+        Some(Self {
+            length_s: of(&|one| one.length_s),
+            whole: false,
+            level: [0, 1].map(|c| of(&|one| one.level[c])),
+            level_error_db: [0, 1].map(|c| {
+                let db = |one: &&Self| {
+                    let level = 10.0 * (1.0 + one.level[c]).log10();
+                    [level, one.level_error_db[c].powi(2)]
+                };
+                error(all.iter().map(db).collect()).sqrt()
+            }),
+            log_hz: of(&|one| one.log_hz),
+            log_hz_error: error(
+                all.iter()
+                    .map(|one| [one.log_hz, one.log_hz_error.powi(2)])
+                    .collect(),
+            )
+            .sqrt(),
+            spread: of(&|one| one.spread),
+            modulation: [0, 1].map(|c| {
+                std::array::from_fn(|band| {
+                    let each: Vec<Modulation> = all
+                        .iter()
+                        .filter_map(|one| one.modulation[c][band])
+                        .collect();
+                    let least = LEAST_MODULATION * MODULATION_DB[band].powi(2);
+                    (!each.is_empty()).then(|| Modulation {
+                        power: mean(&each.iter().map(|one| one.power).collect::<Vec<_>>()),
+                        variance: error(
+                            each.iter()
+                                .map(|one| [one.power.max(least).ln(), one.variance])
+                                .collect(),
+                        ),
+                    })
+                })
+            }),
+            brief_db,
+            rate,
+            ends_s: [0.0; 2],
+            wait_s2: 0.0,
+            events: None,
+            ..first.clone()
+        })
     }
 
     fn judge_time(&mut self, louder: &[f64], step_s: f64) {

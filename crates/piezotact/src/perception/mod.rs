@@ -104,6 +104,12 @@ pub enum Feature {
 }
 
 impl Feature {
+    /// Whether it is one of the time course: neither level nor pitch.
+    #[must_use]
+    pub fn is_of_time(self) -> bool {
+        !matches!(self, Self::Level | Self::Pitch)
+    }
+
     /// The name in plain words.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -316,42 +322,108 @@ pub fn perceived_through(
     parameters: &Parameters,
     skin_over_nail: &dyn Fn(Hertz) -> Decibels,
 ) -> Result<PerceivedDifference, PerceptionError> {
-    let parameters = parameters.checked()?;
-    let skin = |hz: f64| skin_over_nail(Hertz(hz)).amplitude_ratio();
-    let a = felt("the reference", reference, parameters, &skin)?;
-    let b = felt("the test", test, parameters, &skin)?;
-    let decision = decision::decide(&a, &b, parameters);
-    let jnd = decision.jnd;
-    let sensation_level = decision.sensation_level_db.map(Decibels);
-    let felt_for = [a.length_s, b.length_s].map(Seconds);
-    let loud = sensation_level
-        .into_iter()
-        .filter(|l| l.0 > HIGHEST_MEASURED_DB);
-    let short = felt_for
-        .into_iter()
-        .filter(|s| s.0 < parameters.integration_s);
-    let limitations = loud
-        .map(|sensation_level| Limitation::Level { sensation_level })
-        .chain(short.map(|felt_for| Limitation::Short { felt_for }))
-        .collect();
-    Ok(PerceivedDifference {
-        jnd,
-        d_prime: jnd.map(|jnd| D_PRIME_OF_JND * jnd),
-        percent_correct: jnd.map(decision::percent_correct),
-        contributions: decision.contributions,
-        pitch_jnd: decision.pitch_jnd,
-        felt_level: Decibels(decision.felt_level_db),
-        sensation_level,
-        felt_for,
-        criterion: Criterion::new(
-            Judged::PerceivedDifference,
-            "JND",
-            jnd.value,
-            Some([jnd.low, jnd.high]),
-            Limit::at_most(1.0),
-        ),
-        limitations,
-    })
+    let of = |what, x| PerceivedVibration::of(what, x, parameters, skin_over_nail);
+    let (a, b) = (of("the reference", reference)?, of("the test", test)?);
+    Ok(a.difference(&b, parameters))
+}
+
+/// What is felt of one vibration, or of the excerpts of one texture in the mean.
+#[derive(Clone, Debug)]
+pub struct PerceivedVibration(felt::Felt);
+
+impl PerceivedVibration {
+    /// What is felt of `x`, named `what`, an acceleration of the nail in m/s²: `skin_over_nail` is the level of the skin's motion over the
+    /// nail's by frequency, dB.
+    ///
+    /// Source: [`perceived_difference`].
+    ///
+    /// # Errors
+    /// Those of [`perceived_difference`].
+    pub fn of(
+        what: &'static str,
+        x: &Series<Acceleration>,
+        parameters: &Parameters,
+        skin_over_nail: &dyn Fn(Hertz) -> Decibels,
+    ) -> Result<Self, PerceptionError> {
+        let skin = |hz: f64| skin_over_nail(Hertz(hz)).amplitude_ratio();
+        felt(what, x, parameters.checked()?, &skin).map(Self)
+    }
+
+    /// The mean of `excerpts` of one texture: their order and their ends say nothing, and what they differ by is the error of the mean;
+    /// `None` of nothing.
+    ///
+    /// Formula: means of powers, of ln f and of dB; the squared standard error is the larger of the mean of those of the excerpts and of the
+    /// variance between them, over their number.
+    ///
+    /// Source: house rule.
+    #[must_use]
+    pub fn mean(excerpts: &[&Self]) -> Option<Self> {
+        let all: Vec<&felt::Felt> = excerpts.iter().map(|one| &one.0).collect();
+        felt::Felt::mean(&all).map(Self)
+    }
+
+    /// How different `test` feels.
+    ///
+    /// Source: [`perceived_difference`].
+    #[must_use]
+    pub fn difference(&self, test: &Self, parameters: &Parameters) -> PerceivedDifference {
+        PerceivedDifference::between(&self.0, &test.0, parameters)
+    }
+}
+
+impl PerceivedDifference {
+    /// The difference in the features that `counts` alone, JND; its interval is as wide, as a ratio, as that of all.
+    ///
+    /// Formula: √(Σ dᵢ²).
+    ///
+    /// Source: as [`perceived_difference`].
+    #[must_use]
+    pub fn in_features(&self, counts: impl Fn(Feature) -> bool) -> Estimate {
+        let counted = self.contributions.iter().filter(|one| counts(one.feature));
+        let value = counted.map(|one| one.jnd * one.jnd).sum::<f64>().sqrt();
+        let all = self.jnd;
+        let left_out = (all.value * all.value - value * value).max(0.0);
+        Estimate {
+            value,
+            low: value * all.low / all.value.max(f64::MIN_POSITIVE),
+            high: (all.high * all.high - left_out).max(value * value).sqrt(),
+        }
+    }
+
+    fn between(a: &felt::Felt, b: &felt::Felt, parameters: &Parameters) -> Self {
+        let decision = decision::decide(a, b, parameters);
+        let jnd = decision.jnd;
+        let sensation_level = decision.sensation_level_db.map(Decibels);
+        let felt_for = [a.length_s, b.length_s].map(Seconds);
+        let loud = sensation_level
+            .into_iter()
+            .filter(|l| l.0 > HIGHEST_MEASURED_DB);
+        let short = felt_for
+            .into_iter()
+            .filter(|s| s.0 < parameters.integration_s);
+        let limitations = loud
+            .map(|sensation_level| Limitation::Level { sensation_level })
+            .chain(short.map(|felt_for| Limitation::Short { felt_for }))
+            .collect();
+        Self {
+            jnd,
+            d_prime: jnd.map(|jnd| D_PRIME_OF_JND * jnd),
+            percent_correct: jnd.map(decision::percent_correct),
+            contributions: decision.contributions,
+            pitch_jnd: decision.pitch_jnd,
+            felt_level: Decibels(decision.felt_level_db),
+            sensation_level,
+            felt_for,
+            criterion: Criterion::new(
+                Judged::PerceivedDifference,
+                "JND",
+                jnd.value,
+                Some([jnd.low, jnd.high]),
+                Limit::at_most(1.0),
+            ),
+            limitations,
+        }
+    }
 }
 
 /// What the difference of `test` from `reference` becomes, JND, when each parameter in turn is at the ends of its range, the one that

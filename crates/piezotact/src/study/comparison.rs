@@ -8,16 +8,19 @@ use super::{AnalysedRecording, Factor, Group, StudyError};
 use crate::compare::{
     AcrossSamples, ActivePassive, CompareWarning, Confounder, Contacts, Contrast, ContrastSetting,
     ContrastTrend, DiscriminationConfig, FrictionChange, Groups, LevelSpread, LoadTrend, Mixed,
-    RoughnessTrend, Sliding, SpatialPeriod, Summary, TextureWithLines, ValueDifference,
-    WithheldCause, across_participants, across_roughness, active_against_passive, comparable,
-    compare_periods, confounders, contrast_trend, contrasts, discriminate_without,
-    friction_against_rms, friction_on_speed, load_trend, rms_on_speed, spatial_period,
+    PerceivedStrokes, RoughnessTrend, Sliding, SpatialPeriod, Summary, TextureWithLines,
+    ValueDifference, WithheldCause, across_participants, across_roughness, active_against_passive,
+    add_over_time, comparable, compare_periods, confounders, contrast_trend, contrasts,
+    discriminate_without, friction_against_rms, friction_on_speed, load_trend, rms_on_speed,
+    spatial_period,
 };
 use crate::criterion::Outcome;
 use crate::discrimination::Model;
-use crate::feature::{Vibrations, vibrations};
-use crate::quantity::{Band, Hertz, Seconds};
+use crate::feature::{Analysis, Vibrations, vibrations};
+use crate::perception::{Parameters, PerceivedVibration};
+use crate::quantity::{Acceleration, Band, Hertz, Seconds};
 use crate::recording::Touch;
+use crate::series::Series;
 use crate::statistics::{Direction, LogFit, RankCorrelation};
 use crate::stroke::Reason;
 use crate::warning::Warning;
@@ -496,6 +499,15 @@ impl Grouping<'_> {
                 return Discrimination::Withheld { why, sentence };
             }
         };
+        let strokes: Vec<Vec<Option<PerceivedStrokes>>> = across
+            .comparisons
+            .iter()
+            .map(|comparison| {
+                let of = |group: &Group| self.perceived(group, &config.model);
+                comparison.groups.iter().map(of).collect()
+            })
+            .collect();
+        add_over_time(&mut found, &strokes);
         for (groups, comparison) in found.settings.iter_mut().zip(&mut across.comparisons) {
             groups.setting.clone_from(&comparison.setting);
             if let Trend::Samples(trend) = &mut comparison.trend {
@@ -503,6 +515,35 @@ impl Grouping<'_> {
             }
         }
         Discrimination::Found(Box::new(found))
+    }
+
+    /// What is felt of the strokes of `group`, by recording, in the channel of each recording that vibrates most; `None` where the model of
+    /// perception does not hold.
+    fn perceived(&self, group: &Group, model: &Model) -> Option<PerceivedStrokes> {
+        let parameters = Parameters::published();
+        let skin = |at: Hertz| model.skin_over_nail(at);
+        let takes = group.takes.iter().map(|place| &self.takes[*place]);
+        let analysed = takes.filter_map(|take| Some((take, take.analysis.as_ref()?)));
+        let of = |(take, analysis): (&AnalysedRecording, &Analysis)| {
+            let found = vibrations(
+                &take.recording,
+                &take.segmentation,
+                analysis.config.high_pass,
+            )
+            .ok()?;
+            let strongest = found.channels.iter().max_by(|a, b| {
+                let squares = |all: &[f64]| all.iter().map(|v| v * v).sum::<f64>();
+                squares(a).total_cmp(&squares(b))
+            })?;
+            let strokes = take.segmentation.strokes.iter();
+            let perceived = strokes.map(|stroke| {
+                let samples = stroke.steady.of(strongest.as_slice()).to_vec();
+                let series = Series::<Acceleration>::new(samples, take.recording.rate()).ok()?;
+                PerceivedVibration::of("the stroke", &series, &parameters, &skin).ok()
+            });
+            perceived.collect::<Option<Vec<_>>>()
+        };
+        analysed.map(of).collect()
     }
 
     /// The lines that are there at rest too, or in all samples at all speeds: they come from the mains or a machine, Hz.

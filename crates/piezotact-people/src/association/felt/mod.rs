@@ -1,4 +1,4 @@
-//! What was felt in confused pairs: the spectra of both side by side, and whether level or spectrum separates them.
+//! What was felt in confused pairs: the spectra of both side by side, and whether level, spectrum or time course separates them.
 
 mod pair;
 mod warning;
@@ -376,6 +376,9 @@ impl Felt {
             ("spectrum, JND", "spectrum_jnd"),
             ("95 %", "spectrum_interval_jnd"),
             ("spectrum separates", "spectrum_separates"),
+            ("time course, JND", "time_jnd"),
+            ("range", "time_interval_jnd"),
+            ("time course separates", "time_separates"),
         ];
         let names = names.iter().enumerate();
         let names = names.filter(|(i, _)| *i != 1 || people == 1);
@@ -399,6 +402,9 @@ impl Felt {
                     number(FeltCriterion::Spectrum),
                     interval(FeltCriterion::Spectrum),
                     TableCell::from(one.by_spectrum.word()),
+                    number(FeltCriterion::TimeCourse),
+                    interval(FeltCriterion::TimeCourse),
+                    TableCell::from(one.by_time.word()),
                 ];
                 let name = TableCell::from(pair.pair.join(" – "));
                 let person = std::iter::repeat_n(person, people);

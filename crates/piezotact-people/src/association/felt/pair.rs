@@ -7,6 +7,7 @@ use piezotact::Warning;
 use piezotact::criterion::{Criterion, Limit, Outcome};
 use piezotact::discrimination::Model;
 use piezotact::integrity::copied;
+use piezotact::perception::{Contribution, Feature};
 use piezotact::quantity::{Decibels, SampleRate};
 use piezotact::resample::to_common_rate;
 use piezotact::score::{Difference, Extent, Score, ScoreConfig, not_felt, score};
@@ -18,6 +19,18 @@ use super::FeltRecording;
 
 /// Lines are at most this far apart, so that the lowest third octaves, 5 Hz wide at 20 Hz, have one of their own.
 const COARSEST_HZ: f64 = 5.0;
+
+/// What separates a pair, in the order of all arrays.
+const QUESTIONS: [&str; 3] = ["level", "spectrum", "time course"];
+
+/// "a", "a and b", "a, b and c".
+fn listed(names: &[&str], last: &str) -> String {
+    match names {
+        [] => String::new(),
+        [one] => (*one).into(),
+        [most @ .., one] => format!("{} {last} {one}", most.join(", ")),
+    }
+}
 
 /// What a pair is judged by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -32,6 +45,9 @@ pub enum FeltCriterion {
     Spectrum,
     /// The same against how far the halves of one recording lie apart.
     SpectrumWithin,
+    /// The difference over time and channels at equal sensation level, without level and pitch, against 1 JND and against how far the halves
+    /// of one recording lie apart.
+    TimeCourse,
 }
 
 impl fmt::Display for FeltCriterion {
@@ -47,6 +63,7 @@ impl fmt::Display for FeltCriterion {
             Self::SpectrumWithin => {
                 "difference in spectrum, at equal level, below the difference between the halves of one recording"
             }
+            Self::TimeCourse => "difference in time course, at equal level, below the just-noticeable difference",
         })
     }
 }
@@ -99,6 +116,11 @@ pub struct FeltComparison {
     pub by_level: Separates,
     /// Whether the spectrum, at equal sensation level, separates them.
     pub by_spectrum: Separates,
+    /// Whether the time course (modulation, rhythm, onset, dips), at equal sensation level, separates them.
+    pub by_time: Separates,
+    /// The features of the time course in which they differ most.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub differ_in: Vec<Contribution>,
     /// The criteria that say so, in JND.
     pub criteria: Vec<Criterion<FeltCriterion>>,
     /// The segments averaged, of the one that has fewer.
@@ -112,30 +134,52 @@ impl FeltComparison {
         self.criteria.iter().find(|c| c.what == what)
     }
 
-    /// Whether level or spectrum separates them.
-    #[must_use]
-    pub fn is_separated(&self) -> bool {
-        [self.by_level, self.by_spectrum].contains(&Separates::Yes)
+    fn separates(&self) -> [Separates; 3] {
+        [self.by_level, self.by_spectrum, self.by_time]
     }
 
-    /// "level separates them, spectrum does not".
+    /// Whether level, spectrum or time course separates them.
     #[must_use]
-    pub fn words(&self) -> &'static str {
-        use Separates::{No, NotDecided, Yes};
-        match (self.by_level, self.by_spectrum) {
-            (Yes, Yes) => "level and spectrum both separate them",
-            (Yes, No) => "level separates them, spectrum does not",
-            (No, Yes) => "spectrum separates them, level does not",
-            (No, No) => "neither level nor spectrum separates them",
-            (Yes, NotDecided) => "level separates them; whether spectrum does is not decided",
-            (NotDecided, Yes) => "spectrum separates them; whether level does is not decided",
-            (No, NotDecided) => {
-                "level does not separate them; whether spectrum does is not decided"
-            }
-            (NotDecided, No) => {
-                "spectrum does not separate them; whether level does is not decided"
-            }
-            (NotDecided, NotDecided) => "whether level or spectrum separates them is not decided",
+    pub fn is_separated(&self) -> bool {
+        self.separates().contains(&Separates::Yes)
+    }
+
+    /// "level separates them, spectrum and time course do not".
+    #[must_use]
+    pub fn words(&self) -> String {
+        let with = |outcome| {
+            let named = QUESTIONS.iter().zip(self.separates());
+            let names = named.filter(|(_, found)| *found == outcome);
+            names.map(|(name, _)| *name).collect::<Vec<_>>()
+        };
+        let (yes, no, open) = (
+            with(Separates::Yes),
+            with(Separates::No),
+            with(Separates::NotDecided),
+        );
+        let verb = |names: &[&str], one: &str, several: &str| match names {
+            [name] => format!("{name} {one}"),
+            names => format!("{} {several}", listed(names, "and")),
+        };
+        let decided = match (yes.as_slice(), no.as_slice()) {
+            ([], []) => String::new(),
+            ([], [name]) => format!("{name} does not separate them"),
+            ([], [a, b]) => format!("neither {a} nor {b} separates them"),
+            ([], names) => format!("neither {} separates them", listed(names, "nor")),
+            (yes, []) => verb(yes, "separates them", "separate them"),
+            (yes, no) => format!(
+                "{}, {}",
+                verb(yes, "separates them", "separate them"),
+                verb(no, "does not", "do not")
+            ),
+        };
+        if open.is_empty() {
+            return decided;
+        }
+        let open = listed(&open, "or");
+        match decided.as_str() {
+            "" => format!("whether {open} separates them is not decided"),
+            decided => format!("{decided}; whether {open} does is not decided"),
         }
     }
 
@@ -148,11 +192,17 @@ impl FeltComparison {
             );
             Some(format!("{name} {:.2} JND ({interval})", criterion.found?))
         };
-        let both = [
+        let all = [
             of("level", FeltCriterion::Level),
             of("spectrum", FeltCriterion::Spectrum),
+            of("time course", FeltCriterion::TimeCourse),
         ];
-        both.into_iter().flatten().collect::<Vec<_>>().join(", ")
+        let numbers = all.into_iter().flatten().collect::<Vec<_>>().join(", ");
+        let features: Vec<String> = self.differ_in.iter().map(ToString::to_string).collect();
+        match self.by_time {
+            Separates::Yes => format!("{numbers}, in {}", features.join(" and ")),
+            _ => numbers,
+        }
     }
 }
 
@@ -169,18 +219,18 @@ pub struct FeltPair {
 }
 
 impl FeltPair {
-    /// For how many fingers level separates them, and for how many spectrum does.
+    /// For how many fingers level separates them, for how many spectrum does, and for how many the time course.
     #[must_use]
-    pub fn separated(&self) -> [usize; 2] {
+    pub fn separated(&self) -> [usize; 3] {
         self.count(Separates::Yes)
     }
 
-    fn count(&self, wanted: Separates) -> [usize; 2] {
-        let of = |by: &dyn Fn(&FeltComparison) -> Separates| {
+    fn count(&self, wanted: Separates) -> [usize; 3] {
+        std::array::from_fn(|question| {
             let all = self.comparisons.iter();
-            all.filter(|one| by(one) == wanted).count()
-        };
-        [of(&|one| one.by_level), of(&|one| one.by_spectrum)]
+            all.filter(|one| one.separates()[question] == wanted)
+                .count()
+        })
     }
 
     /// The median over fingers of what was found for `what`, JND; `None` where nothing was compared.
@@ -216,18 +266,25 @@ impl FeltPair {
                 format!("{names}: {confused} {}{of}: {}", one.words(), one.numbers())
             }
             several => {
-                let [open_level, open_spectrum] = self.count(Separates::NotDecided);
-                let [level, spectrum] = self.separated();
-                let jnd = |what| {
-                    let found = self.median_jnd(what);
-                    found.map_or("–".into(), |jnd| format!("{jnd:.2} JND"))
-                };
+                let (yes, open) = (self.separated(), self.count(Separates::NotDecided));
+                let medians = [
+                    FeltCriterion::Level,
+                    FeltCriterion::Spectrum,
+                    FeltCriterion::TimeCourse,
+                ];
+                let each = QUESTIONS.iter().enumerate().map(|(i, name)| {
+                    let verb = if i == 0 { " separates them" } else { "" };
+                    let median = self.median_jnd(medians[i]);
+                    let median = median.map_or("–".into(), |jnd| format!("{jnd:.2} JND"));
+                    let (yes, open) = (yes[i], open[i]);
+                    format!("{name}{verb} for {yes} (not decided for {open}, median {median})")
+                });
+                let each: Vec<String> = each.collect();
+                let each: Vec<&str> = each.iter().map(String::as_str).collect();
+                let people = several.len();
                 format!(
-                    "{names}: {confused} of {} participants, level separates them for {level} (not decided for {open_level}, median {}) \
-                     and spectrum for {spectrum} (not decided for {open_spectrum}, median {})",
-                    several.len(),
-                    jnd(FeltCriterion::Level),
-                    jnd(FeltCriterion::Spectrum),
+                    "{names}: {confused} of {people} participants, {}",
+                    listed(&each, "and")
                 )
             }
         }
@@ -295,6 +352,29 @@ fn judged(
     (Separates::of(criteria[0].outcome, halves), criteria)
 }
 
+/// Whether the time course separates the two of `levelled`, in which features, and the criterion that says so.
+fn time_course(levelled: &Score) -> (Separates, Vec<Contribution>, Criterion<FeltCriterion>) {
+    let limit = |within: f64| Limit::AtMost {
+        met: 1.0,
+        not_met: within.max(1.0),
+    };
+    let Some(found) = &levelled.over_time else {
+        let unknown = Criterion::unmeasured(FeltCriterion::TimeCourse, "JND", limit(1.0));
+        return (Separates::NotDecided, Vec::new(), unknown);
+    };
+    let jnd = found.difference.in_features(Feature::is_of_time);
+    let criterion = Criterion::new(
+        FeltCriterion::TimeCourse,
+        "JND",
+        jnd.value,
+        Some([jnd.low, jnd.high]),
+        limit(found.within_jnd),
+    );
+    let mut main = found.difference.main_contributions();
+    main.retain(|one| one.feature.is_of_time());
+    (Separates::of(criterion.outcome, None), main, criterion)
+}
+
 /// How far the two are apart, with the warnings about it; or why they cannot be compared.
 pub(super) fn compared(
     participant: Option<&str>,
@@ -340,6 +420,8 @@ pub(super) fn compared(
         [FeltCriterion::Spectrum, FeltCriterion::SpectrumWithin],
     );
     criteria.extend(of_spectrum);
+    let (by_time, differ_in, of_time) = time_course(&levelled);
+    criteria.push(of_time);
     let mut warnings = warnings_about(&as_felt, [&a.sample, &b.sample]);
     warnings.extend(common.warning);
     Ok((
@@ -348,6 +430,8 @@ pub(super) fn compared(
             level_db: louder_by,
             by_level,
             by_spectrum,
+            by_time,
+            differ_in,
             criteria,
             segments: as_felt.segments,
         },

@@ -49,8 +49,8 @@ fn rules(found: &AcrossSamples) -> Vec<Block> {
         Block::text(format!(
             "● distinguishable: the 95 % limits are above {noticed:.2} JND ({:.1} dB, the upper end of the published range) and above \
              the distance between the halves of either sample, and a permutation test over {} shows a difference, with a family-wise \
-             error of {:.0} % over {}. ○ below the just-noticeable difference (75 % correct): the 95 % limits are below 1 JND. No \
-             mark: not decided.",
+             error of {:.0} % over {}; or the same holds of the difference over time and channels (modulation, dips, pitch), above 1 JND. \
+             ○ below the just-noticeable difference (75 % correct): the limits of both differences are below 1 JND. No mark: not decided.",
             model.level_jnd_high.0.max(model.level_jnd.0),
             found.units.word(),
             found.config.alpha * 100.0,
@@ -110,6 +110,17 @@ fn distance(pair: &Pair) -> Cell {
     }
 }
 
+/// The difference over time and channels with its range.
+fn over_time(pair: &Pair) -> Cell {
+    let mut criteria = pair.criteria.iter();
+    let criterion = criteria.find(|c| c.what == PairCriterion::OverTime);
+    let found = criterion.and_then(|c| c.found.zip(c.interval));
+    found.map_or(Cell::Missing(()), |(value, [low, high])| Cell::Rounded {
+        value,
+        text: format!("{value:.1} ({low:.1}–{high:.1})"),
+    })
+}
+
 /// The criteria of every pair, for the reader who wants to know why.
 fn pairs(found: &AcrossSamples) -> Table {
     let of = |pair: &Pair, what: PairCriterion| -> Cell {
@@ -128,6 +139,8 @@ fn pairs(found: &AcrossSamples) -> Table {
         ("below the JND", "below_jnd"),
         ("below the distance between halves", "within"),
         ("permutation test", "chance"),
+        ("over time, JND", "over_time_jnd"),
+        ("felt in", "felt_in"),
         ("p", "p"),
         ("p, adjusted", "p_adjusted"),
         ("outcome", "outcome"),
@@ -150,6 +163,8 @@ fn pairs(found: &AcrossSamples) -> Table {
                 of(pair, PairCriterion::JustNoticeableDifference),
                 of(pair, PairCriterion::DistanceWithin),
                 of(pair, PairCriterion::Chance),
+                over_time(pair),
+                Cell::from(pair.felt_in_words()),
                 rounded(pair.permuted.as_ref().map(|p| p.p_value), 4),
                 rounded(pair.p_adjusted, 3),
                 Cell::from(pair.outcome.word()),
