@@ -156,7 +156,46 @@ fn without_a_time_course_nothing_is_below_the_jnd() {
         .find(|c| c.what == PairCriterion::OverTime);
     assert!(time.unwrap().found.is_none());
     let said = found.settings[0].sentences();
-    assert!(said[0].contains("over time not decided"), "{said:?}");
+    assert!(said[0].contains("over time it is not decided"), "{said:?}");
+}
+
+/// A comb whose phases are others in every recording, as of other traces over one surface: its modulation is another one from recording to
+/// recording, in all strokes of one alike.
+#[test]
+fn other_phases_of_one_comb_are_not_told_apart() {
+    let mut random = Random::new(5);
+    for recordings in [1, 3] {
+        let of = |name, seed: u64, random: &mut Random| {
+            let recording = |number: u64, random: &mut Random| {
+                let turns: Vec<f64> = (0..6).map(|_| TAU * random.uniform()).collect();
+                let stroke = |place: u64| {
+                    let noise = texture(seed + 10 * number + place, 7500, 1.5, humps);
+                    let samples = noise.samples().iter().enumerate();
+                    let comb = |i: usize| -> f64 {
+                        let each = turns.iter().enumerate().map(|(n, turn)| {
+                            (TAU * 14.0 * (n + 2) as f64 * i as f64 / RATE_HZ + turn).sin()
+                        });
+                        each.sum()
+                    };
+                    series(samples.map(|(i, v)| v + 1.5 * comb(i)).collect())
+                };
+                (0..6).map(stroke).collect()
+            };
+            let all: Strokes = (0..recordings).map(|i| recording(i, random)).collect();
+            (name, all)
+        };
+        for study in 1..5 {
+            let samples = [
+                of("A", 10_000 * study, &mut random),
+                of("B", 10_000 * study + 5000, &mut random),
+            ];
+            let found = compared(&samples);
+            let said = found.settings[0].sentences();
+            eprintln!("{recordings}: {said:?}");
+            let outcome = found.settings[0].pairs[0].outcome;
+            assert_ne!(outcome, Distinguishability::ToldApart, "{said:?}");
+        }
+    }
 }
 
 /// One stroke does not say by how much strokes of its sample differ.

@@ -235,15 +235,14 @@ impl Pair {
             return "the sensors differ as much while nothing is touched: check their units and gains".into();
         }
         let spectra = Distinguishability::by_spectra(&self.criteria);
-        match self.outcome_of(PairCriterion::OverTime) {
-            Some(Outcome::NotMet) => {
-                return "they differ over time, and chance, a machine or the sensors may do that"
-                    .into();
+        if spectra == Distinguishability::BelowJnd {
+            return match self.outcome_of(PairCriterion::OverTime) {
+                Some(Outcome::NotMet) => {
+                    "chance, a machine or the sensors may make the difference over time"
+                }
+                _ => "over time it is not decided: record each sample several times, at 1 kHz or faster",
             }
-            Some(Outcome::NotDecided) if spectra == Distinguishability::BelowJnd => {
-                return "by the spectra below the just-noticeable difference, over time not decided".into();
-            }
-            _ => {}
+            .into();
         }
         if is(PairCriterion::JustNoticeableDifference, Outcome::Met) {
             return "a difference may lie around the lines that are left out".into();

@@ -14,7 +14,7 @@ use crate::quantity::{Band, Hertz, Unit};
 use crate::statistics::{Draws, holm, smallest_p, units_needed};
 
 /// Recordings are pooled when the p-value of a difference between them is at least this.
-const POOLED_FROM: f64 = 0.1;
+pub(super) const POOLED_FROM: f64 = 0.1;
 /// The divisions of a sample's units into halves that are looked at.
 const HALVINGS: usize = 199;
 /// The divisions of strokes among recordings that are looked at.

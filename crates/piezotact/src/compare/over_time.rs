@@ -4,13 +4,15 @@ use std::collections::BTreeMap;
 
 use super::chance::by_name;
 use super::distinguishability::{Distinguishability, PairCriterion, SampleUnit};
-use super::groups::{AcrossSamples, below_jnd};
+use super::groups::{AcrossSamples, POOLED_FROM, below_jnd};
 use crate::criterion::{Criterion, Limit, Outcome};
 use crate::perception::{Parameters, PerceivedVibration};
 use crate::statistics::{Draws, holm, permutation_test_within};
 
 /// The divisions of a sample's units into halves that are looked at.
 const HALVINGS: usize = 99;
+/// The divisions of strokes among recordings that are looked at.
+const SHUFFLES: usize = 199;
 /// The largest number of divisions drawn for one pair.
 const MOST_DRAWS: usize = 20_000;
 
@@ -22,19 +24,27 @@ pub type PerceivedStrokes = Vec<Vec<PerceivedVibration>>;
 ///
 /// A pair stays *below the just-noticeable difference* only where the difference over time and channels of the means of its strokes is
 /// below 1 JND too; it is *distinguishable* by it where the interval lies above 1 JND and above what halves of either sample differ by,
-/// and where a permutation test over all settings, adjusted for all pairs, shows a difference.
+/// and where a permutation test over all settings, adjusted for all pairs, shows a difference; only where each sample has several recordings.
+/// Recordings are the units where they differ by more than their strokes do.
 ///
 /// Source: [`crate::perception`]; units and tests as [`super::discriminate`].
 pub fn add_over_time(found: &mut AcrossSamples, settings: &[Vec<Option<PerceivedStrokes>>]) {
+    let parameters = Parameters::published();
+    let seed = found.config.seed;
+    let known = settings.iter().flatten().flatten();
+    let units = match found.units {
+        SampleUnit::Strokes if recordings_differ(known, seed, &parameters) => {
+            SampleUnit::Recordings
+        }
+        units => units,
+    };
     let samples: Vec<Vec<Option<Sample>>> = settings
         .iter()
         .map(|all| {
-            let units = |one: &Option<PerceivedStrokes>| Sample::of(one.as_ref()?, found.units);
-            all.iter().map(units).collect()
+            let of = |one: &Option<PerceivedStrokes>| Sample::of(one.as_ref()?, units);
+            all.iter().map(of).collect()
         })
         .collect();
-    let parameters = Parameters::published();
-    let seed = found.config.seed;
     for (groups, samples) in found.settings.iter_mut().zip(&samples) {
         let within: Vec<f64> = samples
             .iter()
@@ -55,7 +65,7 @@ pub fn add_over_time(found: &mut AcrossSamples, settings: &[Vec<Option<Perceived
                 continue;
             };
             let apart = a.mean.difference(&b.mean, &parameters);
-            let several = a.units.len() > 1 && b.units.len() > 1;
+            let several = a.recordings > 1 && b.recordings > 1;
             let criterion = Criterion::new(
                 PairCriterion::OverTime,
                 "JND",
@@ -63,7 +73,7 @@ pub fn add_over_time(found: &mut AcrossSamples, settings: &[Vec<Option<Perceived
                 Some([apart.jnd.low, apart.jnd.high]),
                 limit(within[pair.a].max(within[pair.b])),
             );
-            // One stroke does not say what strokes differ by.
+            // One recording does not say what recordings of a sample differ by, in the phases of its lines above all.
             pair.criteria.push(match criterion.outcome {
                 Outcome::NotMet if !several => Criterion {
                     outcome: Outcome::NotDecided,
@@ -85,6 +95,7 @@ pub fn add_over_time(found: &mut AcrossSamples, settings: &[Vec<Option<Perceived
 
 /// What is felt of a sample.
 struct Sample {
+    recordings: usize,
     units: Vec<PerceivedVibration>,
     mean: PerceivedVibration,
 }
@@ -99,7 +110,12 @@ impl Sample {
                 .collect(),
         };
         let mean = PerceivedVibration::mean(&units.iter().collect::<Vec<_>>())?;
-        Some(Self { units, mean })
+        let recordings = recordings.iter().filter(|strokes| !strokes.is_empty());
+        Some(Self {
+            recordings: recordings.count(),
+            units,
+            mean,
+        })
     }
 
     /// How far halves of the units lie apart in 95 % of divisions, JND; 0 for one unit.
@@ -117,6 +133,51 @@ impl Sample {
         let place = (0.95 * found.len().saturating_sub(1) as f64).round() as usize;
         found.get(place).copied().unwrap_or(0.0)
     }
+}
+
+/// Whether recordings of one sample differ over time by more than their strokes do, as [`super::discriminate`] asks of spectra.
+fn recordings_differ<'p>(
+    samples: impl Iterator<Item = &'p PerceivedStrokes>,
+    seed: u64,
+    parameters: &Parameters,
+) -> bool {
+    let several = |all: &&PerceivedStrokes| all.len() > 1 && all.iter().any(|one| one.len() > 1);
+    let samples: Vec<(Vec<usize>, Vec<&PerceivedVibration>)> = samples
+        .filter(several)
+        .map(|all| {
+            (
+                all.iter().map(Vec::len).collect(),
+                all.iter().flatten().collect(),
+            )
+        })
+        .collect();
+    if samples.is_empty() {
+        return false;
+    }
+    let statistic = |orders: &[Vec<&PerceivedVibration>]| -> f64 {
+        let of = |((counts, _), order): (&(Vec<usize>, _), &Vec<&PerceivedVibration>)| {
+            let mut left = order.as_slice();
+            let each = counts.iter().filter_map(|count| {
+                let (recording, rest) = left.split_at(*count);
+                left = rest;
+                Some(*count as f64 * apart_jnd(order, recording, parameters)?)
+            });
+            each.sum::<f64>()
+        };
+        samples.iter().zip(orders).map(of).sum()
+    };
+    let mut orders: Vec<Vec<&PerceivedVibration>> =
+        samples.iter().map(|one| one.1.clone()).collect();
+    let observed = statistic(&orders);
+    let mut random = Draws::new(seed);
+    let mut larger = 0usize;
+    for _ in 0..SHUFFLES {
+        for order in &mut orders {
+            random.shuffle(order);
+        }
+        larger += usize::from(statistic(&orders) >= observed * (1.0 - 1e-9));
+    }
+    ((larger + 1) as f64 / (SHUFFLES + 1) as f64) < POOLED_FROM
 }
 
 fn apart_jnd(
@@ -149,7 +210,7 @@ fn test(found: &mut AcrossSamples, samples: &[Vec<Option<Sample>>], parameters: 
                 let pair = &found.settings[*setting].pairs[*place];
                 let [a, b] = [pair.a, pair.b].map(|i| samples[*setting][i].as_ref());
                 let (a, b) = a.zip(b)?;
-                let several = a.units.len() > 1 && b.units.len() > 1;
+                let several = a.recordings > 1 && b.recordings > 1;
                 several.then(|| (a.units.iter().chain(&b.units).collect(), a.units.len()))
             })
             .collect();
