@@ -280,8 +280,8 @@ impl fmt::Display for Limitation {
     }
 }
 
-/// Excerpts as long as this hold enough of what varies slowly.
-const LONG_EXCERPT_S: f64 = 1.0;
+/// Excerpts as long as this, 1 s but for their ends, hold enough of what varies slowly.
+const LONG_EXCERPT_S: f64 = 0.95;
 
 /// What the difference becomes when a parameter is at the ends of its range.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

@@ -18,8 +18,6 @@ const SILENCE_POWER_SHARE: f64 = 1e-3;
 const LEAST_SILENCE: Seconds = Seconds(0.05);
 /// The shortest vibration that is scored.
 pub(super) const SHORTEST: Seconds = Seconds(0.005);
-/// The shortest excerpt of a longer vibration of which the perceived difference is given.
-const SHORTEST_EXCERPT: Seconds = Seconds(0.3);
 
 /// What of two vibrations is compared.
 pub(super) struct Compared {
@@ -60,11 +58,10 @@ impl Compared {
         let is_cut =
             extent == Extent::SharedPart && !whole.iter().all(|of| hardly_longer(of, kept[0].len()));
         let cut = is_cut.then(|| [a.clone(), b.clone()]);
+        // The perceived difference has a limit of its own.
         let least = match config.judged_by {
             ScoreModel::Spectral => config.welch.segment,
-            ScoreModel::PerceivedDifference => {
-                config.welch.segment.min(rate.samples_in(SHORTEST_EXCERPT))
-            }
+            ScoreModel::PerceivedDifference => 0,
         };
         let mut series = Vec::with_capacity(2);
         for ((what, x), kept) in [("the reference", a), ("the test", b)]

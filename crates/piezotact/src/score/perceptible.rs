@@ -1,8 +1,9 @@
 //! Adds the perceptible difference to a verification, so that score and verification never contradict each other.
 
 use super::perceived::perceived;
-use super::{Extent, Perceived, ScoreConfig};
-use crate::criterion::{Criterion, Outcome};
+use super::verdict::perceived_criteria;
+use super::{Extent, Perceived, ScoreConfig, Verdict};
+use crate::criterion::Criterion;
 use crate::lineage::Mode;
 use crate::quantity::{Acceleration, Quantity, SampleRate};
 use crate::series::Series;
@@ -48,16 +49,15 @@ fn felt(verification: &Verification) -> Option<Perceived> {
 /// The criterion on the perceived difference; `None` where it is not decided.
 fn criterion(found: &Perceived) -> Option<Criterion<VerifyCriterion>> {
     let jnd = found.difference.jnd;
-    let of = Criterion::new(
+    let decided = match Verdict::perceived(&perceived_criteria(found), &found.difference) {
+        Verdict::BelowJnd | Verdict::Distinguishable { .. } => Some([jnd.low, jnd.high]),
+        Verdict::NotDecided { .. } => None,
+    };
+    Some(Criterion::new(
         VerifyCriterion::FeltDifference,
         "JND",
         jnd.value,
-        Some([jnd.low, jnd.high]),
+        Some(decided?),
         found.difference.criterion.limit,
-    );
-    match of.outcome {
-        Outcome::NotDecided => None,
-        Outcome::NotMet if found.within_jnd.is_some_and(|within| jnd.low <= within) => None,
-        Outcome::Met | Outcome::NotMet => Some(of),
-    }
+    ))
 }

@@ -13,6 +13,9 @@ use crate::statistics::LevelSpread;
 
 /// A wider interval holds differences that nobody feels and such as everybody feels: twice the published range of the JND, from zero.
 const WIDE_JND: f64 = 3.2;
+/// Parts of one stroke, of less than a second each, are up to so many JND apart: it begins and ends softly (4.8 in measured strokes;
+/// docs/decisions/perception.md).
+const SHORT_EXCERPTS_JND: f64 = 5.0;
 /// The longest recording that is recommended, s.
 const LONGEST_S: f64 = 3600.0;
 
@@ -85,7 +88,11 @@ fn criteria(
 pub(super) fn perceived_criteria(found: &Perceived) -> Vec<Criterion<ScoreCriterion>> {
     let jnd = found.difference.jnd;
     let limit = found.difference.criterion.limit;
-    criteria((jnd.value, [jnd.low, jnd.high]), limit, found.within_jnd)
+    let within_jnd = found.within_jnd.map(|within| match found.is_short() {
+        true => within.max(SHORT_EXCERPTS_JND),
+        false => within,
+    });
+    criteria((jnd.value, [jnd.low, jnd.high]), limit, within_jnd)
 }
 
 /// The criteria on the difference of the spectra.
@@ -288,11 +295,15 @@ impl super::Score {
         let difference = &found.difference;
         let within_jnd = found.within_jnd.unwrap_or(0.0);
         match &self.verdict {
-            Verdict::NotDecided { .. } if difference.jnd.low > 1.0 => format!(
-                "{}: {}; the halves of one recording differ by {within_jnd:.2} JND",
-                self.verdict.word(),
-                difference.range(),
-            ),
+            Verdict::NotDecided { .. } if difference.jnd.low > 1.0 => {
+                let why = match found.is_short() && within_jnd < SHORT_EXCERPTS_JND {
+                    true => format!(
+                        "parts of one stroke as short as these differ by up to {SHORT_EXCERPTS_JND} JND; record longer"
+                    ),
+                    false => format!("the halves of one recording differ by {within_jnd:.2} JND"),
+                };
+                format!("{}: {}; {why}", self.verdict.word(), difference.range())
+            }
             Verdict::Distinguishable { how } if how.contains(&How::Louder) => {
                 format!("{}; B is {}", difference.sentence(), How::Louder)
             }
