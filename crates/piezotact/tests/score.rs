@@ -15,8 +15,8 @@ use std::f64::consts::TAU;
 
 use crate::shared_data::shared;
 use crate::vibrations::{
-    RATE_HZ, Random, THIRTY_S, config, filtered, humps, read_wav, scored, scored_by_spectra, series,
-    texture,
+    RATE_HZ, Random, THIRTY_S, config, filtered, humps, read_wav, scored, scored_by_spectra,
+    series, texture,
 };
 use num_complex::Complex;
 use piezotact::Series;
@@ -220,7 +220,10 @@ fn a_short_recording_says_nothing_false() {
             }
         }
         eprintln!("{samples} samples: below {below:?}, told apart {told:?} of 12");
-        assert!(told[0] == 0 && below[1] == 0, "{samples}: {told:?} {below:?}");
+        assert!(
+            told[0] == 0 && below[1] == 0,
+            "{samples}: {told:?} {below:?}"
+        );
     }
 }
 
@@ -281,7 +284,11 @@ fn measured_textures_score_below_a_tenth_against_their_twins() {
             let five_ms = (0.005 * rate_hz).round() as usize;
             let later = Series::new(later(&x, five_ms).into_samples(), rate).unwrap();
             let (against_twin, against_later) = (say("twin", twin), say("5 ms later", later));
-            assert!(against_later.spectral.jnd < 0.1, "{}", against_later.sentence);
+            assert!(
+                against_later.spectral.jnd < 0.1,
+                "{}",
+                against_later.sentence
+            );
             // Two seconds that begin and end softly are no stationary noise: the limits say so. Repeated, their level swings as that of no
             // twin does, and that is all there is between them.
             let by_spectrum = match &against_twin.verdict {
@@ -522,8 +529,16 @@ fn what_cannot_be_scored_is_refused_with_what_to_do() {
         ..config()
     };
     for (samples, config, parts) in [
-        (1_000, config(), ["the test", "0.30 s", "0.200 s", "record longer"]),
-        (2_000, spectral, ["the test", "0.82 s", "0.400 s", "record longer"]),
+        (
+            1_000,
+            config(),
+            ["the test", "0.30 s", "0.200 s", "record longer"],
+        ),
+        (
+            2_000,
+            spectral,
+            ["the test", "0.82 s", "0.400 s", "record longer"],
+        ),
     ] {
         says(
             score(&x, &texture(2, samples, 1.0, humps), &config).unwrap_err(),

@@ -45,7 +45,11 @@ const GUESSED: f64 = 0.04;
 /// The weights in the middle of all worlds, d′ for each dB of third octaves (rms), dB of variation, Hz of centroid, dB of crest.
 const WEIGHTS: [f64; FEATURES] = [1.0 / 3.0, 1.0 / 1.0, 1.0 / 25.0, 1.0 / 3.0];
 const FEATURES: usize = 4;
-const PREDICTORS: [&str; 3] = ["perceived difference", "level alone", "difference of spectra"];
+const PREDICTORS: [&str; 3] = [
+    "perceived difference",
+    "level alone",
+    "difference of spectra",
+];
 
 /// A pair: how far apart it is for people, by feature, and for each predictor.
 struct Pair {
@@ -54,10 +58,21 @@ struct Pair {
 }
 
 /// A vibration of the twin, of one level.
-fn passage(name: &str, person: u64, level_m_s2: f64, parameters: &TwinParameters) -> Result<Vec<f64>> {
+fn passage(
+    name: &str,
+    person: u64,
+    level_m_s2: f64,
+    parameters: &TwinParameters,
+) -> Result<Vec<f64>> {
     let participant = Participant::of(0, person, parameters);
     let sample = parameters.sample(name)?;
-    let (series, ..) = record_texture(parameters, &participant, sample, SPEED_M_S, Seconds(SECONDS))?;
+    let (series, ..) = record_texture(
+        parameters,
+        &participant,
+        sample,
+        SPEED_M_S,
+        Seconds(SECONDS),
+    )?;
     let x = series.into_samples();
     let gain = level_m_s2 / rms(&x);
     Ok(x.into_iter().map(|v| gain * v).collect())
@@ -96,7 +111,11 @@ fn features(x: &[f64]) -> Result<([f64; 16], [f64; 3])> {
         .map(|cut| 20.0 * rms(cut).max(1e-4).log10())
         .collect();
     let crest = x.iter().fold(0.0f64, |top, v| top.max(v.abs())) / rms(x);
-    let single = [standard_deviation(&levels), centroid_hz, 20.0 * crest.log10()];
+    let single = [
+        standard_deviation(&levels),
+        centroid_hz,
+        20.0 * crest.log10(),
+    ];
     Ok((std::array::from_fn(band_db), single))
 }
 
@@ -225,7 +244,10 @@ pub(crate) fn run() -> Result<()> {
          is predicted\n"
     );
     let medians: [f64; FEATURES] = std::array::from_fn(|f| {
-        let mut all: Vec<f64> = pairs.iter().map(|p| (WEIGHTS[f] * p.apart[f]).abs()).collect();
+        let mut all: Vec<f64> = pairs
+            .iter()
+            .map(|p| (WEIGHTS[f] * p.apart[f]).abs())
+            .collect();
         all.sort_by(f64::total_cmp);
         all[all.len() / 2]
     });
@@ -250,8 +272,16 @@ pub(crate) fn run() -> Result<()> {
         println!("  {name:<24}{:>26}{:>26}{:>14}", of(0), of(1), wins[p]);
     }
     for p in 1..PREDICTORS.len() {
-        let less = words(worlds.iter().map(|found| found[p][0] - found[0][0]).collect());
-        println!("  deviance of {} less that of the {}: {less}", PREDICTORS[p], PREDICTORS[0]);
+        let less = words(
+            worlds
+                .iter()
+                .map(|found| found[p][0] - found[0][0])
+                .collect(),
+        );
+        println!(
+            "  deviance of {} less that of the {}: {less}",
+            PREDICTORS[p], PREDICTORS[0]
+        );
     }
     let median = |p: usize| -> f64 {
         let mut all: Vec<f64> = worlds.iter().map(|found| found[p][0]).collect();

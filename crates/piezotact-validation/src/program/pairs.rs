@@ -9,6 +9,7 @@ use std::process::Command;
 use anyhow::{Context as _, Result, ensure};
 use piezotact::quantity::{Band, Hertz};
 use piezotact::score::{ScoreConfig, ScoreModel, Verdict, score};
+use piezotact::spectrum::WelchConfig;
 use serde::Deserialize;
 
 use super::signals::{FS, pair, series};
@@ -17,6 +18,9 @@ pub(super) const NAME: &str = "S1";
 const EXPECTED: &str = include_str!("../../../piezotact/tests/perception/expected.txt");
 /// The pairs that may be left undecided, as a share.
 const MOST_NOT_DECIDED: f64 = 0.2;
+/// So many segments fit, without overlap, for a score by spectra of recordings longer than so many samples.
+const SEGMENTS: usize = 4;
+const SHORTEST: usize = 4_096;
 const MODELS: [&str; 4] = ["score", "spectral", "two-channel", "segments"];
 
 /// A pair with the JND by which people find it apart.
@@ -103,7 +107,11 @@ impl Answer {
             Said::NotDecided => "?",
             _ => " ",
         };
-        format!("{:.2}{open}{mark:>8}", self.jnd)
+        let jnd = match self.jnd.is_nan() {
+            true => "refused".to_owned(),
+            false => format!("{:.2}", self.jnd),
+        };
+        format!("{jnd}{open}{mark:>8}")
     }
 }
 
@@ -118,12 +126,8 @@ struct Rivals {
 fn ours(key: &str) -> Result<[Answer; 2]> {
     let [a, b] = pair(key).map(|x| series(&x));
     let band = Band::new(Hertz(20.0), Hertz(1000.0))?;
-    let of = |judged_by| -> Result<Answer> {
-        let config = ScoreConfig {
-            judged_by,
-            ..ScoreConfig::over(band, FS)
-        };
-        let found = score(&a, &b, &config).with_context(|| key.to_owned())?;
+    let of = |config: &ScoreConfig| -> Result<Answer> {
+        let found = score(&a, &b, config).with_context(|| key.to_owned())?;
         let perceived = found.perceived.map(|found| found.difference.jnd.value);
         Ok(Answer {
             jnd: perceived.unwrap_or(found.spectral.jnd),
@@ -134,12 +138,24 @@ fn ours(key: &str) -> Result<[Answer; 2]> {
             },
         })
     };
-    // By spectra, an excerpt shorter than a segment is refused: it says nothing.
-    let spectral = of(ScoreModel::Spectral).unwrap_or(Answer {
+    let config = ScoreConfig::over(band, FS);
+    // Spectra of a second have more to say in segments of which several fit; what is shorter is compared by one segment around it.
+    let shorter = a.samples().len().min(b.samples().len());
+    let mut segment = config.welch.segment;
+    while shorter > SHORTEST && SEGMENTS * segment > shorter {
+        segment /= 2;
+    }
+    let spectral = ScoreConfig {
+        judged_by: ScoreModel::Spectral,
+        welch: WelchConfig::hann(segment),
+        ..config.clone()
+    };
+    // Short ones are refused by spectra.
+    let refused = Answer {
         jnd: f64::NAN,
         said: Said::NotDecided,
-    });
-    Ok([of(ScoreModel::PerceivedDifference)?, spectral])
+    };
+    Ok([of(&config)?, of(&spectral).unwrap_or(refused)])
 }
 
 /// What other models say of the pairs `keys`, by the program `bench/rivals.py`.
@@ -195,9 +211,21 @@ pub(super) fn run(python: &str) -> Result<()> {
             counts[2] += usize::from(answer.is_open(expected));
         }
         let cells = answers.map(|answer| format!("{:>16}", answer.text(expected)));
-        println!("{:<10}{:>10}{}", expected.key, expected.text(), cells.concat());
+        println!(
+            "{:<10}{:>10}{}",
+            expected.key,
+            expected.text(),
+            cells.concat()
+        );
     }
-    println!("\n{:<14}{:>8}{:>8}{:>13}   of {} pairs", "", "right", "false", "not decided", pairs.len());
+    println!(
+        "\n{:<14}{:>8}{:>8}{:>13}   of {} pairs",
+        "",
+        "right",
+        "false",
+        "not decided",
+        pairs.len()
+    );
     for (name, [right, false_, open]) in MODELS.iter().zip(counts) {
         println!("{name:<14}{right:>8}{false_:>8}{open:>13}");
     }

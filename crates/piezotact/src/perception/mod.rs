@@ -363,9 +363,8 @@ pub fn perceived_through(
         false => Record::Excerpt,
     });
     let excerpts = felt_for.into_iter().zip(records);
-    let excerpts = excerpts.filter(|(felt_for, record)| {
-        *record == Record::Excerpt && felt_for.0 < LONG_EXCERPT_S
-    });
+    let excerpts = excerpts
+        .filter(|(felt_for, record)| *record == Record::Excerpt && felt_for.0 < LONG_EXCERPT_S);
     let limitations = loud
         .map(|sensation_level| Limitation::Level { sensation_level })
         .chain(short.map(|felt_for| Limitation::Short { felt_for }))

@@ -55,8 +55,8 @@ impl Compared {
             kept = [both.clone(), both];
         }
         let rate = a.rate();
-        let is_cut =
-            extent == Extent::SharedPart && !whole.iter().all(|of| hardly_longer(of, kept[0].len()));
+        let is_cut = extent == Extent::SharedPart
+            && !whole.iter().all(|of| hardly_longer(of, kept[0].len()));
         let cut = is_cut.then(|| [a.clone(), b.clone()]);
         // The perceived difference has a limit of its own.
         let least = match config.judged_by {

@@ -304,7 +304,12 @@ pub fn score(
     let perceived = match config.judged_by {
         ScoreModel::PerceivedDifference => {
             let shared = found.cut.as_ref();
-            Some(perceived::perceived([reference, test], shared, found.extent, config)?)
+            Some(perceived::perceived(
+                [reference, test],
+                shared,
+                found.extent,
+                config,
+            )?)
         }
         ScoreModel::Spectral => None,
     };
@@ -338,7 +343,12 @@ pub fn score(
     let sensation_db = [a, b].map(|x| level_db(x.total()));
     let criteria = match &perceived {
         Some(found) => verdict::perceived_criteria(found),
-        None => verdict::spectral_criteria(spectral, (extent, within_jnd), (levels, sensation_db), &model),
+        None => verdict::spectral_criteria(
+            spectral,
+            (extent, within_jnd),
+            (levels, sensation_db),
+            &model,
+        ),
     };
     let Differences {
         spectrum,

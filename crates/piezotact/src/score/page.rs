@@ -100,7 +100,10 @@ impl ScoredRecordings {
         }
         let shown = &self.sensitivity[..self.sensitivity.len().min(SHOWN_PARAMETERS)];
         let blocks = [Sensitivity::table(shown).into(), Block::note(SENSITIVITY)];
-        vec![Block::folded("Sensitivity to the parameters of the model", blocks)]
+        vec![Block::folded(
+            "Sensitivity to the parameters of the model",
+            blocks,
+        )]
     }
 }
 
@@ -146,7 +149,10 @@ impl Score {
         let [a_db, b_db] = [self.reference_sensation_db, self.test_sensation_db];
         let [a_hz, b_hz] = [self.reference_centroid_hz, self.test_centroid_hz];
         vec![
-            jnd(self.spectral, "difference of the spectra: the largest of the next three"),
+            jnd(
+                self.spectral,
+                "difference of the spectra: the largest of the next three",
+            ),
             jnd(self.spectrum, "mean over the bands, weighted by excitation"),
             jnd(self.level, "overall sensation level"),
             jnd(self.balance, "balance of low and high frequencies"),

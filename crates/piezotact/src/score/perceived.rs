@@ -4,7 +4,8 @@ use serde::Serialize;
 
 use super::{Extent, ScoreConfig, ScoreError};
 use crate::perception::{
-    Limitation, Parameters, PerceivedDifference, Record, Sensitivity, perceived_through, sensitivity,
+    Limitation, Parameters, PerceivedDifference, Record, Sensitivity, perceived_through,
+    sensitivity,
 };
 use crate::quantity::{Acceleration, Decibels, Hertz, Seconds};
 use crate::series::Series;
@@ -134,5 +135,10 @@ pub fn score_sensitivity(
     config: &ScoreConfig,
 ) -> Result<Vec<Sensitivity>, ScoreError> {
     let (a, b) = (limited(reference, config)?, limited(test, config)?);
-    Ok(sensitivity(&a, &b, &Parameters::published(), &skin(config))?)
+    Ok(sensitivity(
+        &a,
+        &b,
+        &Parameters::published(),
+        &skin(config),
+    )?)
 }

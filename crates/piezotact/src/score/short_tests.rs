@@ -166,7 +166,10 @@ fn a_short_cut_of_a_longer_vibration_is_refused() {
         (&short, &spectral, ["0.82 s", "0.400 s"]),
         (&shorter, &perceived, ["0.30 s", "0.200 s"]),
     ] {
-        for (pair, name) in [([&whole, cut], "the test"), ([cut, &whole], "the reference")] {
+        for (pair, name) in [
+            ([&whole, cut], "the test"),
+            ([cut, &whole], "the reference"),
+        ] {
             let said = score(pair[0], pair[1], config).unwrap_err().to_string();
             let expected = [name, limits[0], limits[1], "record longer"];
             assert!(expected.iter().all(|part| said.contains(part)), "{said}");

@@ -109,7 +109,10 @@ fn the_score_says_nothing_false_of_the_pairs_of_the_literature() {
         all += 1;
     }
     eprintln!("{right} of {all} right, not decided {undecided:?}");
-    assert!(all == 53 && right >= 50 && undecided.len() <= 5, "{right} {undecided:?}");
+    assert!(
+        all == 53 && right >= 50 && undecided.len() <= 5,
+        "{right} {undecided:?}"
+    );
 }
 
 #[test]
