@@ -122,6 +122,9 @@ pub(crate) fn options_for(error: &(dyn Error + 'static)) -> Option<&'static str>
     if let Some(ScoreError::TooShort { .. }) = error.downcast_ref() {
         return Some("manipulate --loop");
     }
+    if let Some(ScoreError::Perception(_)) = error.downcast_ref() {
+        return Some("--model spectral");
+    }
     #[cfg(feature = "haptic")]
     if let Some(HapticError::TooMany { .. }) = error.downcast_ref() {
         return Some("--rate");

@@ -507,10 +507,10 @@ fn a_score_and_a_comparison_of_the_same_data_do_not_contradict_each_other() {
         );
         // Windows of 0.8 s do not weigh the strokes alike: the standard error of a mean of twelve is 0.1 JND.
         assert!(
-            (pair.distance_jnd - scored.score.jnd).abs() < 0.3,
+            (pair.distance_jnd - scored.spectral.jnd).abs() < 0.3,
             "{} {}",
             pair.distance_jnd,
-            scored.score.jnd
+            scored.spectral.jnd
         );
         let contradict = matches!(
             (&scored.verdict, pair.outcome),

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use piezotact::score::{Score, Verdict};
 
-use crate::vibrations::{humps, scored, series, texture};
+use crate::vibrations::{humps, scored, scored_by_spectra, series, texture};
 
 /// The same energy, flat or modulated at 30 Hz: people tell them apart in more than 90 % (Cao and Konyo 2018), and spectra do not. What is
 /// modulated alike, or not at all, is not told apart.
@@ -37,7 +37,11 @@ fn amplitude_modulation_of_equal_energy_is_distinguishable() {
         (noise(1, 0.0), noise(2, 1.0)),
     ] {
         let s = scored(&a, &b);
-        assert!(s.score.jnd < 1.0 && modulated(&s), "{}", s.sentence);
+        assert!(s.spectral.jnd < 1.0 && modulated(&s), "{}", s.sentence);
+        // The spectra know nothing of it, and say whose verdict it is.
+        let spectral = scored_by_spectra(&a, &b);
+        assert!(spectral.sentence.starts_with("by the spectra alone"));
+        assert!(spectral.perceived.is_none() && !modulated(&spectral));
     }
     for (a, b) in [
         (tone(0.0, 0.0), tone(0.0, 1.0)),

@@ -52,10 +52,14 @@ fn landing_and_lift_are_no_part_of_a_texture() {
         let found = scored(&a, &b);
         eprintln!(
             "lifts, seed {seed}: {:.2} JND with them, {:.3} JND of the strokes",
-            before.score.jnd, found.score.jnd
+            before.spectral.jnd, found.spectral.jnd
         );
-        assert!(before.score.jnd > 1.0, "seed {seed}: {}", before.sentence);
-        assert!(found.score.jnd < 0.1, "seed {seed}: {}", found.sentence);
+        assert!(
+            before.spectral.jnd > 1.0,
+            "seed {seed}: {}",
+            before.sentence
+        );
+        assert!(found.spectral.jnd < 0.1, "seed {seed}: {}", found.sentence);
         // 0.18 s of each of six strokes of 0.8 to 1.5 s are landing and lift.
         let warning = warning.unwrap();
         let Some(ScoreWarning::StrokesAlone {

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use piezotact::quantity::{Band, Measure};
+use piezotact::score::ScoreModel;
 use piezotact::score::literature::LevelCurve;
 
 use super::Reading;
@@ -27,10 +28,28 @@ impl From<CurveName> for LevelCurve {
     }
 }
 
+/// Which difference decides.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+pub(crate) enum ModelName {
+    /// What is felt over time and by channel of receptors.
+    Perceived,
+    /// The long-time spectra alone, as in earlier versions.
+    Spectral,
+}
+
+impl From<ModelName> for ScoreModel {
+    fn from(name: ModelName) -> Self {
+        match name {
+            ModelName::Perceived => Self::PerceivedDifference,
+            ModelName::Spectral => Self::Spectral,
+        }
+    }
+}
+
 /// What a finger feels, and what of a difference.
 #[derive(Debug, Args)]
 pub(crate) struct Feeling {
-    /// The just-noticeable difference (JND) in level, in dB: smaller differences are not noticed; between it and 2.5 dB, the
+    /// The just-noticeable difference (JND) in level between spectra, in dB: smaller differences are not noticed; between it and 2.5 dB, the
     /// upper end of the published range, the result is not decided.
     #[arg(
         long,
@@ -39,7 +58,7 @@ pub(crate) struct Feeling {
         allow_negative_numbers = true
     )]
     pub(crate) jnd: f64,
-    /// The just-noticeable difference in frequency, as a fraction of the frequency.
+    /// The just-noticeable difference in frequency between spectra, as a fraction of the frequency.
     #[arg(
         long,
         default_value_t = 0.2,
@@ -73,6 +92,9 @@ pub(crate) struct Score {
     /// The band in which A and B are compared, in Hz.
     #[arg(long, default_value = "20..1000")]
     pub(crate) band: Band,
+    /// Which difference decides. --jnd and --frequency-jnd concern the spectra alone.
+    #[arg(long, value_enum, default_value = "perceived")]
+    pub(crate) model: ModelName,
     #[command(flatten)]
     pub(crate) feeling: Feeling,
     /// The full scale that ST-SIM and SPQI assume, which neither paper states.

@@ -3,6 +3,7 @@
 use anyhow::anyhow;
 use piezotact::Warning;
 use piezotact::discrimination::Model;
+use piezotact::perception::Sensitivity;
 use piezotact::quantity::{Acceleration, Band, Decibels, Unit};
 use piezotact::recording::Recording;
 use piezotact::resample::{CommonRate, to_common_rate};
@@ -27,10 +28,11 @@ pub(crate) fn run(args: &Score) -> Outcome {
         )));
     }
     let [reference, test] = [reference(args)?, test(args)?];
-    let score = scored(args, &reference, &test)?;
+    let (score, sensitivity) = scored(args, &reference, &test)?;
     let scored = ScoredRecordings {
         names: [&args.reference, &args.test].map(|path| report::name(path)),
         provenance: [reference, test].map(|read| read.recording.about.provenance),
+        sensitivity,
         score,
     };
     deliver(&args.outputs, &scored)
@@ -66,8 +68,13 @@ fn test(args: &Score) -> Outcome<Scored> {
     })
 }
 
-/// The score of the two, with what their recordings give a warning for before what it gives a warning for itself.
-fn scored(args: &Score, reference: &Scored, test: &Scored) -> Outcome<score::Score> {
+/// The score of the two, with what their recordings give a warning for before what it gives a warning for itself; for a report with what
+/// it depends on.
+fn scored(
+    args: &Score,
+    reference: &Scored,
+    test: &Scored,
+) -> Outcome<(score::Score, Vec<Sensitivity>)> {
     let CommonRate {
         first: a,
         second: b,
@@ -80,6 +87,7 @@ fn scored(args: &Score, reference: &Scored, test: &Scored) -> Outcome<score::Sco
     fits("the score", samples, score::MEMORY_BYTES_A_SAMPLE)?;
     let felt = model(&args.feeling, args.band)?;
     let config = ScoreConfig {
+        judged_by: args.model.into(),
         level_jnd: felt.level_jnd,
         level_jnd_high: felt.level_jnd_high,
         frequency_jnd_share: felt.frequency_jnd_share,
@@ -102,7 +110,11 @@ fn scored(args: &Score, reference: &Scored, test: &Scored) -> Outcome<score::Sco
     let left_out = [&reference.left_out, &test.left_out].into_iter().flatten();
     let known = known.chain(left_out).cloned();
     score.warnings.put_first(known.chain(warning));
-    Ok(score)
+    let sensitivity = match (&args.outputs.report, &score.perceived) {
+        (Some(_), Some(_)) => score::score_sensitivity(&a, &b, &config)?,
+        _ => Vec::new(),
+    };
+    Ok((score, sensitivity))
 }
 
 /// What a finger feels over `band`, as it was asked for.

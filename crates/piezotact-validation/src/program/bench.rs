@@ -226,6 +226,9 @@ pub(crate) fn run(python: &str, only: &[&str]) -> Result<()> {
     if only == ["C1"] {
         return super::discrimination::run();
     }
+    if only == [super::pairs::NAME] {
+        return super::pairs::run(python);
+    }
     if only == [super::stops::NAME] {
         return super::stops::run();
     }
@@ -323,6 +326,7 @@ pub(crate) fn run(python: &str, only: &[&str]) -> Result<()> {
     }
     say(&missed);
     if only.is_empty() {
+        super::pairs::run(python)?;
         super::rendering::run()?;
         super::verdicts::run(&[])?;
         super::conclusions::run(&[])?;

@@ -1,6 +1,7 @@
 //! What the program does: chapters of the thesis measured again, verdicts and conclusions against the truth, and our part of `./x bench`.
 
 mod advice;
+mod answers;
 mod bench;
 mod conclusions;
 mod discrimination;
@@ -9,12 +10,20 @@ mod intervals;
 mod made;
 mod output;
 mod outputs;
+mod pairs;
 mod panels;
 mod people;
 mod rendering;
 mod replay;
 mod report;
 mod signal;
+#[path = "../../../piezotact/tests/perception/signals.rs"]
+#[allow(
+    dead_code,
+    clippy::unwrap_used,
+    reason = "the pairs of the literature are those of the tests, which need more of it"
+)]
+mod signals;
 mod stops;
 #[path = "../../../piezotact/tests/studies/mod.rs"]
 mod studies;
@@ -73,6 +82,8 @@ enum Command {
         /// Parts: people, tasks, samples, shares, felt, panels, eeg, thresholds; default: all.
         part: Vec<String>,
     },
+    /// Answers of people who judge by other features than the score, as the score, the level and the spectra predict them.
+    ScoreAnswers,
     /// Rendering errors by method and level, for many people of the twin.
     Rendering,
     /// False-positive and true-positive rates of the comparison of samples.
@@ -125,6 +136,7 @@ fn done(cli: &Cli, called: &Called) -> Outcome {
         Command::Conclusions { part } => conclusions::run(&words(part))?,
         Command::Intervals => intervals::run()?,
         Command::People { part } => people::run(&words(part))?,
+        Command::ScoreAnswers => answers::run()?,
         Command::Rendering => rendering::run()?,
         Command::Discrimination => discrimination::run()?,
         Command::Stops => stops::run()?,

@@ -262,9 +262,16 @@ impl Comparison<'_> {
     }
 }
 
-/// The share of right judgements of two intervals at `jnd`, %.
+/// The share of right judgements of two intervals at `jnd` just-noticeable differences, %.
 ///
 /// Formula: 100·Φ(d′/√2), d′ = 1.16 JND.
-pub(super) fn percent_correct(jnd: f64) -> f64 {
+///
+/// Source: N. A. Macmillan and C. D. Creelman (2005), Detection Theory.
+///
+/// ```
+/// assert!((piezotact::perception::percent_correct(1.0) - 79.4).abs() < 0.1);
+/// ```
+#[must_use]
+pub fn percent_correct(jnd: f64) -> f64 {
     50.0 * statrs::function::erf::erfc(-0.5 * D_PRIME_OF_JND * jnd)
 }

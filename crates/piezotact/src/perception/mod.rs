@@ -26,6 +26,7 @@ use crate::feature::Receptor;
 use crate::quantity::{Acceleration, Decibels, Hertz, Seconds};
 use crate::series::Series;
 
+pub use decision::percent_correct;
 pub use parameters::{MODULATION_BANDS_HZ, PARAMETERS, ParameterSource, Parameters};
 
 /// The d′ of one JND: 79 % right of two intervals.
@@ -152,6 +153,17 @@ impl Estimate {
     }
 }
 
+/// What was recorded of a vibration.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum Record {
+    /// All of it: it begins and ends by itself.
+    Whole,
+    /// A part of a longer one.
+    Excerpt,
+}
+
 /// The part of one feature in a difference.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
@@ -218,6 +230,8 @@ pub struct PerceivedDifference {
     pub sensation_level: [Decibels; 2],
     /// How long they are felt.
     pub felt_for: [Seconds; 2],
+    /// Whether they are whole or cut out of longer ones.
+    pub records: [Record; 2],
     /// Whether the difference is below one JND.
     pub criterion: Criterion<Judged>,
     /// Beyond which what was measured with people it lies.
@@ -239,6 +253,12 @@ pub enum Limitation {
     Level { sensation_level: Decibels },
     /// Shorter than the integration of the Pacinian channel.
     Short { felt_for: Seconds },
+    /// An excerpt in which slow modulation has fewer than five periods.
+    ShortExcerpt {
+        felt_for: Seconds,
+        /// Modulation from here on is compared.
+        slowest: Hertz,
+    },
 }
 
 /// The highest level over threshold at which JND were measured, dB.
@@ -257,9 +277,17 @@ impl fmt::Display for Limitation {
                 "felt for {:.3} s, shorter than the Pacinian channel integrates",
                 felt_for.0
             ),
+            Self::ShortExcerpt { felt_for, slowest } => write!(
+                f,
+                "an excerpt of {:.2} s: modulation below {:.1} Hz is not compared, and level and pitch are those of this part",
+                felt_for.0, slowest.0
+            ),
         }
     }
 }
+
+/// Excerpts as long as this, 1 s but for their ends, hold enough of what varies slowly.
+const LONG_EXCERPT_S: f64 = 0.95;
 
 /// What the difference becomes when a parameter is at the ends of its range.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -401,19 +429,31 @@ impl PerceivedDifference {
         let short = felt_for
             .into_iter()
             .filter(|s| s.0 < parameters.integration_s);
+        let records = [a, b].map(|felt| match felt.whole {
+            true => Record::Whole,
+            false => Record::Excerpt,
+        });
+        let excerpts = felt_for.into_iter().zip(records);
+        let excerpts = excerpts
+            .filter(|(felt_for, record)| *record == Record::Excerpt && felt_for.0 < LONG_EXCERPT_S);
         let limitations = loud
             .map(|sensation_level| Limitation::Level { sensation_level })
             .chain(short.map(|felt_for| Limitation::Short { felt_for }))
+            .chain(excerpts.map(|(felt_for, _)| Limitation::ShortExcerpt {
+                felt_for,
+                slowest: Hertz(modulation::MIN_PERIODS / felt_for.0),
+            }))
             .collect();
         Self {
             jnd,
             d_prime: jnd.map(|jnd| D_PRIME_OF_JND * jnd),
-            percent_correct: jnd.map(decision::percent_correct),
+            percent_correct: jnd.map(percent_correct),
             contributions: decision.contributions,
             pitch_jnd: decision.pitch_jnd,
             felt_level: Decibels(decision.felt_level_db),
             sensation_level,
             felt_for,
+            records,
             criterion: Criterion::new(
                 Judged::PerceivedDifference,
                 "JND",
@@ -427,7 +467,7 @@ impl PerceivedDifference {
 }
 
 /// What the difference of `test` from `reference` becomes, JND, when each parameter in turn is at the ends of its range, the one that
-/// changes it most first.
+/// changes it most first; through `skin_over_nail`, as [`perceived_through`] has it.
 ///
 /// Source: [`PARAMETERS`].
 ///
@@ -437,12 +477,14 @@ pub fn sensitivity(
     reference: &Series<Acceleration>,
     test: &Series<Acceleration>,
     parameters: &Parameters,
+    skin_over_nail: &dyn Fn(Hertz) -> Decibels,
 ) -> Result<Vec<Sensitivity>, PerceptionError> {
     let mut found = Vec::with_capacity(PARAMETERS.len());
     for (place, one) in PARAMETERS.iter().enumerate() {
         let [low, high] = one.range.map(|value| {
             let changed = parameters.with(place, value);
-            perceived_difference(reference, test, &changed).map(|found| found.jnd.value)
+            perceived_through(reference, test, &changed, skin_over_nail)
+                .map(|found| found.jnd.value)
         });
         found.push(Sensitivity {
             parameter: one.name,

@@ -14,7 +14,7 @@ const MARGIN_S: f64 = 0.030;
 /// The fewest values.
 const SHORTEST: usize = 40;
 /// The fewest periods of a band's centre.
-const MIN_PERIODS: f64 = 5.0;
+pub(super) const MIN_PERIODS: f64 = 5.0;
 /// The share of each end that is faded.
 const FADED: f64 = 0.10;
 /// Parts whose scatter says how sure the modulation is.

@@ -20,14 +20,19 @@ impl PerceivedDifference {
         large.take(NAMED).copied().collect()
     }
 
+    /// "1.32 JND (0.90–1.80), 86 % right of two intervals".
+    pub(crate) fn range(&self) -> String {
+        let jnd = self.jnd;
+        format!(
+            "{:.2} JND ({:.2}–{:.2}), {:.0} % right of two intervals",
+            jnd.value, jnd.low, jnd.high, self.percent_correct.value
+        )
+    }
+
     /// One sentence that says whether people feel the difference, by how much, and in what.
     #[must_use]
     pub fn sentence(&self) -> String {
-        let jnd = self.jnd;
-        let range = format!(
-            "{:.2} JND ({:.2}–{:.2}), {:.0} % right of two intervals",
-            jnd.value, jnd.low, jnd.high, self.percent_correct.value
-        );
+        let range = self.range();
         let named: Vec<String> = self
             .main_contributions()
             .iter()

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::waveform::NEARLY_ALL;
-use super::{Extent, ScoreConfig, ScoreError, ScoreWarning, Waveform};
+use super::{Extent, ScoreConfig, ScoreError, ScoreModel, ScoreWarning, Waveform};
 use crate::quantity::{Acceleration, SampleRate, Seconds};
 use crate::render::offset;
 use crate::series::{Series, SeriesError};
@@ -24,6 +24,8 @@ pub(super) struct Compared {
     pub(super) extent: Extent,
     /// The vibrations without the silence around them; of a short one, in a segment.
     pub(super) series: [Series<Acceleration>; 2],
+    /// What both share in time, where one of them is much longer than that.
+    pub(super) cut: Option<[Series<Acceleration>; 2]>,
     /// Whether one of them is shorter than a segment.
     pub(super) is_short: bool,
     /// How long the shorter one is, s.
@@ -53,6 +55,14 @@ impl Compared {
             kept = [both.clone(), both];
         }
         let rate = a.rate();
+        let is_cut = extent == Extent::SharedPart
+            && !whole.iter().all(|of| hardly_longer(of, kept[0].len()));
+        let cut = is_cut.then(|| [a.clone(), b.clone()]);
+        // The perceived difference has a limit of its own.
+        let least = match config.judged_by {
+            ScoreModel::Spectral => config.welch.segment,
+            ScoreModel::PerceivedDifference => 0,
+        };
         let mut series = Vec::with_capacity(2);
         for ((what, x), kept) in [("the reference", a), ("the test", b)]
             .into_iter()
@@ -60,10 +70,10 @@ impl Compared {
         {
             // A cut of a texture says little of it, whereas an effect with silence around it is all there is.
             let is_whole = match extent {
-                Extent::SharedPart => whole.iter().all(|of| hardly_longer(of, kept.len())),
+                Extent::SharedPart => !is_cut,
                 Extent::WholeOfEach => kept.start > 0 && kept.end < x.samples().len(),
             };
-            if !is_whole && kept.len() < config.welch.segment {
+            if !is_whole && kept.len() < least {
                 let what = match (extent, a_is_shorter) {
                     (Extent::WholeOfEach, _) => what,
                     (Extent::SharedPart, true) => "the reference",
@@ -71,7 +81,7 @@ impl Compared {
                 };
                 return Err(ScoreError::TooShort {
                     what,
-                    needed: rate.duration_of(config.welch.segment),
+                    needed: rate.duration_of(least),
                     found: rate.duration_of(kept.len()),
                 });
             }
@@ -100,6 +110,7 @@ impl Compared {
         Ok(Self {
             extent,
             series: [b, a],
+            cut,
             is_short,
             shorter_s: seconds(rate, shortest),
         })

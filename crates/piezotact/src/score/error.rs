@@ -1,6 +1,7 @@
 //! Why textures are not scored.
 
 use super::*;
+use crate::perception::PerceptionError;
 
 /// Why two vibrations cannot be compared.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -57,6 +58,9 @@ pub enum ScoreError {
         what: &'static str,
         band: Band,
     },
+    /// The perceived difference cannot be computed.
+    #[error("{0}; or compare the spectra alone")]
+    Perception(#[from] PerceptionError),
     /// The spectra cannot be estimated.
     #[error("cannot score: {0}")]
     Estimate(#[from] EstimateError),

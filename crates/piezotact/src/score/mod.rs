@@ -1,9 +1,9 @@
 //! Whether two vibrations can be distinguished by touch: one number in just-noticeable differences (JND) that does not
 //! depend on which realisation of a texture was recorded.
 //!
-//! Every realisation of a texture has another waveform and the same spectrum. The score looks at what both excite, band
-//! by band, in m/s² over the detection threshold, and counts differences in JND of level and of frequency. Waveform
-//! similarity and the indices of the literature are reported as well.
+//! The score is the perceived difference of [`crate::perception`], over time and by channel of receptors. Beside it stand the difference
+//! of the spectra (what both excite, band by band, in m/s² over the detection threshold, in JND of level and of frequency), waveform
+//! similarity and the indices of the literature. The difference of the spectra alone decides where [`ScoreModel::Spectral`] is asked for.
 
 mod active;
 mod error;
@@ -11,6 +11,7 @@ mod excitation;
 pub mod literature;
 mod measurement;
 mod page;
+mod perceived;
 mod perceptible;
 mod sliding;
 mod verdict;
@@ -26,6 +27,7 @@ pub use warning::{NoIndicesCause, NotComparedCause, NotComputed, ScoreWarning};
 pub use literature::{Literature, LiteratureConfig};
 pub use measurement::{JudgedMeasurement, Measurement, Target, judged_measurement};
 pub use page::ScoredRecordings;
+pub use perceived::{Perceived, score_sensitivity};
 pub use perceptible::with_perceptible_difference;
 pub use sliding::sliding_part;
 pub use verdict::{How, ScoreCriterion, Verdict};
@@ -38,12 +40,11 @@ pub use crate::discrimination::Difference;
 use crate::discrimination::{ContactMap, Differences, Excitation, Model, differences};
 use crate::feature::Weighting;
 use crate::number::rounded;
-use crate::perception::{Parameters, PerceivedDifference, perceived_through};
 use crate::quantity::{Acceleration, Band, Decibels, Hertz, Seconds};
 use crate::series::{Series, SeriesError};
 use crate::spectrum::{EstimateError, RECOMMENDED_SEGMENTS, WelchConfig, welch};
 use crate::statistics::LevelSpread;
-use crate::verify::{VerifyConfig, VerifyError, errors_in_band, in_band, rms_of};
+use crate::verify::{VerifyConfig, VerifyError, errors_in_band, rms_of};
 use crate::warning::{Few, FewWarning, Scatter, ScatterWarning, Warning, Warnings};
 
 /// The window of short-time levels.
@@ -53,10 +54,24 @@ const SILENT: f64 = 1e-12;
 /// Levels of nothing are this, dB.
 const NOTHING_DB: f64 = -300.0;
 
+/// Which difference decides whether two vibrations are distinguishable.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum ScoreModel {
+    /// What is felt over time and by channel of receptors.
+    #[default]
+    PerceivedDifference,
+    /// What both excite in third octaves over their whole length; it knows nothing of time.
+    Spectral,
+}
+
 /// How two vibrations are compared.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct ScoreConfig {
+    /// Which difference decides.
+    pub judged_by: ScoreModel,
     /// The band over which they are compared.
     pub band: Band,
     /// One just-noticeable difference in level, dB: below it nothing is noticed.
@@ -77,12 +92,13 @@ pub struct ScoreConfig {
 }
 
 impl ScoreConfig {
-    /// Over `band`: JND, their range and thresholds of [`Model::over`], Hann segments of about 1.2 Hz at `rate_hz`.
+    /// Over `band`, judged by the perceived difference: JND of spectra, their range and thresholds of [`Model::over`], Hann segments of about 1.2 Hz at `rate_hz`.
     #[must_use]
     pub fn over(band: Band, rate_hz: f64) -> Self {
         let segment = 2f64.powf((rate_hz / 1.2).log2().round()).max(16.0) as usize;
         let model = Model::over(band);
         Self {
+            judged_by: ScoreModel::PerceivedDifference,
             band,
             level_jnd: model.level_jnd,
             level_jnd_high: model.level_jnd_high,
@@ -155,32 +171,23 @@ pub struct SpectrumError {
     pub resolution_hz: f64,
 }
 
-/// How far two vibrations are apart over time and channels.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-pub struct OverTime {
-    /// The difference, by features.
-    #[serde(flatten)]
-    pub difference: PerceivedDifference,
-    /// How far the halves of one recording are apart, JND: of the one whose halves differ more; 0 where they are too short, or where one
-    /// waveform follows the other.
-    pub within_jnd: f64,
-}
-
 /// The perceptual distance of two vibrations with its verdict, and further measures of their difference.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Score {
-    /// The score, JND: the largest of the three differences below.
-    pub score: Difference,
-    /// The criteria: the score re the just-noticeable difference and, for two realisations, re the distance between the halves of
-    /// one recording.
+    /// The score: the perceived difference, over time and by channel; absent where the spectra decide.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub perceived: Option<Perceived>,
+    /// The criteria: the difference that decides re the just-noticeable difference and, for two realisations, re the distance between the
+    /// halves of one recording.
     pub criteria: Vec<Criterion<ScoreCriterion>>,
     /// The verdict that follows from the criteria.
     pub verdict: Verdict,
     /// One sentence that says whether a finger could tell A, the reference, from B, the test, by how much, and how.
     pub sentence: String,
-    /// How far the halves of the reference lie apart, and those of the test, JND; absent where they are too short.
+    /// The difference of the spectra, JND: the largest of the three below.
+    pub spectral: Difference,
+    /// How far the spectra of the halves of the reference lie apart, and those of the test, JND; absent where they are too short.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub within_jnd: Option<[f64; 2]>,
     /// The mean difference of the bands' levels, weighed by what they excite.
@@ -203,9 +210,6 @@ pub struct Score {
     pub bands: Vec<BandScore>,
     /// The spectra line by line.
     pub spectrum_error: SpectrumError,
-    /// How far they are apart over time and channels; absent where they are too short.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub over_time: Option<OverTime>,
     /// The spread of short-time levels of the reference and the test, dB; it is not part of the score.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub modulation_db: Option<[f64; 2]>,
@@ -237,9 +241,13 @@ pub struct Score {
 /// Source: measured by `tests/memory.rs`; docs/decisions/verification.md.
 pub const MEMORY_BYTES_A_SAMPLE: usize = 150;
 
-/// The perceptual distance of `test` from `reference` in JND, and whether they can be distinguished.
+/// The perceptual distance of `test` from `reference` in JND, and whether they can be distinguished: by the perceived difference
+/// ([`crate::perception`]) within the band, or by the difference of the spectra, as `config` says.
 ///
-/// Where one waveform follows the other (correlation above 0.5 either way over four fifths of the shorter, above 0.8 over less)
+/// Perceived: all of each is compared, and of an excerpt that is cut out of the other what both share. *Below the JND* needs the whole
+/// interval below 1 JND; *distinguishable* needs it above 1 JND and, for two realisations, above what the halves of one recording differ by.
+///
+/// Spectra: where one waveform follows the other (correlation above 0.5 either way over four fifths of the shorter, above 0.8 over less)
 /// they are aligned, and the time that they share is compared; or else all of each. Silence of 50 ms or more before and after a
 /// vibration (30 dB below its loudest 5 ms) is left out, with a warning; a vibration shorter than a segment is compared by one
 /// segment around it, at the level of its own duration.
@@ -255,14 +263,14 @@ pub const MEMORY_BYTES_A_SAMPLE: usize = 150;
 /// Gaussian noise of these spectra would do; where one follows the other, from how both differ segment by segment. Below, what
 /// absolute values of mere scatter add up to is taken away as well.
 ///
-/// Source: docs/decisions/verification.md; thresholds after Bolanowski et al. (1988), summed power after Bensmaïa and
+/// Source: docs/decisions/perception.md and verification.md; thresholds after Bolanowski et al. (1988), summed power after Bensmaïa and
 /// Hollins (2003), JND after Israr and Tan (2006).
 ///
 /// # Errors
 /// [`ScoreError::Rate`] when the rates differ, [`ScoreError::BandAboveNyquist`], [`ScoreError::Jnd`] when a JND is not
 /// above zero, [`ScoreError::Silent`] when either holds nothing in the band, [`ScoreError::NoBand`] when the band
-/// lies below 1 Hz, [`ScoreError::TooShort`] when either is shorter than 5 ms, or less than a segment of a longer vibration is left to
-/// compare.
+/// lies below 1 Hz, [`ScoreError::TooShort`] when either is shorter than 5 ms, or less than 0.3 s of a longer vibration (by spectra: less
+/// than a segment) is left to compare, [`ScoreError::Perception`] when the perceived difference cannot be computed: below 1000 Hz or 50 ms.
 ///
 /// ```
 /// use piezotact::quantity::{Acceleration, Band, Decibels, Hertz, SampleRate};
@@ -273,39 +281,14 @@ pub const MEMORY_BYTES_A_SAMPLE: usize = 150;
 /// let louder = tone.clone().amplified(Decibels(1.58));
 /// let band = Band::new(Hertz(20.0), Hertz(1000.0)).unwrap();
 /// let score = score(&tone, &louder, &ScoreConfig::over(band, 5000.0)).unwrap();
-/// assert!((score.score.jnd - 1.0).abs() < 1e-6);
+/// assert!((score.spectral.jnd - 1.0).abs() < 1e-6);
+/// let perceived = score.perceived.unwrap().difference;
+/// assert!(perceived.jnd.low < 1.0 && 1.0 > perceived.jnd.value);
 /// ```
 pub fn score(
     reference: &Series<Acceleration>,
     test: &Series<Acceleration>,
     config: &ScoreConfig,
-) -> Result<Score, ScoreError> {
-    scored(reference, test, config, Measures::All)
-}
-
-/// What is computed beside the spectral score.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Measures {
-    /// What is felt over time, and the indices of the literature.
-    All,
-    /// Nothing.
-    None,
-}
-
-/// As [`score`], without what is felt over time and the indices of the literature: for whoever scores every stroke.
-fn score_alone(
-    reference: &Series<Acceleration>,
-    test: &Series<Acceleration>,
-    config: &ScoreConfig,
-) -> Result<Score, ScoreError> {
-    scored(reference, test, config, Measures::None)
-}
-
-fn scored(
-    reference: &Series<Acceleration>,
-    test: &Series<Acceleration>,
-    config: &ScoreConfig,
-    measures: Measures,
 ) -> Result<Score, ScoreError> {
     refuse(reference, test, config)?;
     let mut warnings = Warnings::new();
@@ -318,6 +301,18 @@ fn scored(
     }
     let (waveform, shared) = waveforms(reference, test, config.band, &mut warnings);
     let found = Compared::of([reference, test], shared, config, &mut warnings)?;
+    let perceived = match config.judged_by {
+        ScoreModel::PerceivedDifference => {
+            let shared = found.cut.as_ref();
+            Some(perceived::perceived(
+                [reference, test],
+                shared,
+                found.extent,
+                config,
+            )?)
+        }
+        ScoreModel::Spectral => None,
+    };
     let (extent, [reference, test]) = (found.extent, &found.series);
     let rate_hz = reference.rate().hz();
     let bands = config.band.third_octaves();
@@ -335,7 +330,7 @@ fn scored(
     };
     let (a, b) = (&a.mean, &b.mean);
     let apart = differences(a, b, &model, &scales);
-    let score = apart.largest();
+    let spectral = apart.largest();
     let bands = band_scores(&bands, a, b, &apart, &model);
     // A short effect has no halves that are alike, and no level that changes.
     let (within_jnd, levels) = match found.is_short {
@@ -345,17 +340,16 @@ fn scored(
             levels_over_time(reference, test, &plans)?,
         ),
     };
-    let over_time = match measures {
-        Measures::All => over_time([reference, test], extent, &model),
-        Measures::None => None,
+    let sensation_db = [a, b].map(|x| level_db(x.total()));
+    let criteria = match &perceived {
+        Some(found) => verdict::perceived_criteria(found),
+        None => verdict::spectral_criteria(
+            spectral,
+            (extent, within_jnd),
+            (levels, sensation_db),
+            &model,
+        ),
     };
-    let criteria = verdict::criteria(
-        score,
-        (extent, within_jnd),
-        (levels, [a, b].map(|x| level_db(x.total()))),
-        over_time.as_ref(),
-        &model,
-    );
     let Differences {
         spectrum,
         level,
@@ -364,7 +358,10 @@ fn scored(
         ..
     } = apart;
 
-    warnings.extend(warnings_about([reference, test], [a, b], segments));
+    let felt_db = perceived.as_ref().map_or(sensation_db, |found| {
+        found.difference.sensation_level.map(|level| level.0)
+    });
+    warnings.extend(warnings_about([reference, test], felt_db, segments));
     warnings.extend(model.warnings());
     if wanders {
         warnings.push(Warning::from(ScatterWarning::Scatter {
@@ -372,38 +369,39 @@ fn scored(
         }));
     }
     let modulation = levels.map(|[a, b]| [a.db, b.db]);
-    let indices = match measures {
-        Measures::All => literature::literature(reference, test, config.literature).map(Some),
-        Measures::None => Ok(None),
-    };
+    let indices = literature::literature(reference, test, config.literature);
     let literature = computed(indices, &mut warnings);
     let power = |x: &Excitation| x.power.iter().sum::<f64>();
-    let mut found = Score {
-        score,
-        sentence: String::new(),
-        verdict: Verdict::of(
-            score,
+    let verdict = match &perceived {
+        Some(found) => Verdict::perceived(&criteria, &found.difference),
+        None => Verdict::spectral(
+            spectral,
             &criteria,
             [
                 (level, b.total() > a.total()),
                 (balance, b.log_centroid() > a.log_centroid()),
             ],
-            (&bands, over_time.as_ref()),
+            &bands,
             Seconds(found.shorter_s),
         ),
+    };
+    let mut found = Score {
+        perceived,
+        sentence: String::new(),
+        verdict,
         criteria,
+        spectral,
         within_jnd,
         spectrum,
         level,
         balance,
         reference_centroid_hz: a.log_centroid().exp(),
         test_centroid_hz: b.log_centroid().exp(),
-        reference_sensation_db: level_db(a.total()),
-        test_sensation_db: level_db(b.total()),
+        reference_sensation_db: sensation_db[0],
+        test_sensation_db: sensation_db[1],
         level_error_db: level_db(power(b)) - level_db(power(a)),
         bands,
         spectrum_error: spectrum_error(reference, test, config.band)?,
-        over_time,
         modulation_db: modulation,
         extent,
         waveform,
@@ -462,13 +460,13 @@ fn excited(
 
 /// The indices of the literature; a warning where they could not be computed.
 fn computed(
-    indices: Result<Option<Literature>, ScoreError>,
+    indices: Result<Literature, ScoreError>,
     warnings: &mut Warnings,
 ) -> Option<Literature> {
     match indices {
         Ok(literature) => {
-            warnings.extend(literature.iter().flat_map(|found| found.warnings.clone()));
-            literature
+            warnings.extend(literature.warnings.clone());
+            Some(literature)
         }
         Err(error) => {
             warnings.push(Warning::from(ScoreWarning::NotComputed {
@@ -615,7 +613,7 @@ fn spectrum_error(
 
 fn warnings_about(
     [reference, test]: [&Series<Acceleration>; 2],
-    [a, b]: [&Excitation; 2],
+    felt_db: [f64; 2],
     segments: usize,
 ) -> Vec<Warning> {
     let mut warnings = Vec::new();
@@ -626,7 +624,8 @@ fn warnings_about(
             what: Few::Segments,
         }));
     }
-    for (what, x, excitation) in [("the reference", reference, a), ("the test", test, b)] {
+    let names = ["the reference", "the test"];
+    for ((what, x), felt_db) in names.into_iter().zip([reference, test]).zip(felt_db) {
         let fraction = flat_top_fraction(x.samples());
         if fraction > 0.0 {
             warnings.push(Warning::from(ClippingWarning::Clipped {
@@ -634,7 +633,7 @@ fn warnings_about(
                 at: ClippedAt::Recorded { fraction },
             }));
         }
-        warnings.extend(not_felt([what], [level_db(excitation.total())]));
+        warnings.extend(not_felt([what], [felt_db]));
     }
     warnings
 }
@@ -652,35 +651,6 @@ pub fn not_felt<const N: usize>(names: [&str; N], sensation_db: [f64; N]) -> Vec
         ScoreWarning::NotFelt { signal, level_db }.into()
     };
     below.map(warning).collect()
-}
-
-/// How far the two are apart over time and channels within the band of `model`; `None` where they are too short, or sampled too slowly.
-fn over_time(both: [&Series<Acceleration>; 2], extent: Extent, model: &Model) -> Option<OverTime> {
-    let limited = |x: &Series<Acceleration>| {
-        let samples = in_band(x.samples(), x.rate(), model.band);
-        Series::<Acceleration>::new(samples, x.rate()).ok()
-    };
-    let [a, b] = both.map(limited);
-    let (a, b) = a.zip(b)?;
-    let contact = model.contact.as_ref();
-    let skin = |at: Hertz| Decibels(contact.map_or(0.0, |map| map.ratio_db(at)));
-    let published = Parameters::published();
-    let apart = |a: &Series<Acceleration>, b: &Series<Acceleration>| {
-        perceived_through(a, b, &published, &skin).ok()
-    };
-    let halves = |x: &Series<Acceleration>| {
-        let (first, second) = x.samples().split_at(x.samples().len() / 2);
-        let [first, second] = [first, second].map(|cut| Series::new(cut.to_vec(), x.rate()).ok());
-        Some(apart(&first?, &second?)?.jnd.value)
-    };
-    let within_jnd = match extent {
-        Extent::SharedPart => 0.0,
-        Extent::WholeOfEach => [&a, &b].into_iter().filter_map(halves).fold(0.0, f64::max),
-    };
-    Some(OverTime {
-        difference: apart(&a, &b)?,
-        within_jnd,
-    })
 }
 
 /// The short-time levels of both; `None` where either is too short.

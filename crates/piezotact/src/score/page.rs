@@ -3,11 +3,12 @@
 use serde::Serialize;
 
 use super::literature::LevelCurve;
-use super::{BandScore, Difference, Extent, Score, Verdict};
+use super::{BandScore, Difference, Extent, Perceived, Score, Verdict};
 use crate::criterion::Outcome;
 use crate::document::Content;
 use crate::figure::{Axis, Chart, Figure, Line, Mark, Tone, range};
 use crate::page::{Block, Cell, Column, Fact, Number, Page, Shown, Table, fixed};
+use crate::perception::Sensitivity;
 use crate::quantity::{Decibels, Hertz};
 use crate::recording::{BenchKind, Provenance};
 
@@ -25,13 +26,16 @@ pub struct ScoredRecordings {
     pub names: [String; 2],
     #[serde(skip)]
     pub provenance: [Provenance; 2],
+    /// What the perceived difference depends on, the parameter that changes it most first; for the report alone.
+    #[serde(skip)]
+    pub sensitivity: Vec<Sensitivity>,
     #[serde(flatten)]
     pub score: Score,
 }
 
 impl Content for ScoredRecordings {
     const SCHEMA: &'static str = "score";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
 }
 
 impl Shown for ScoredRecordings {
@@ -55,7 +59,8 @@ impl Shown for ScoredRecordings {
         .simulated(BenchKind::simulated(
             self.provenance.iter().map(|one| one.bench),
         ))
-        .section("", [s.conclusion(), Block::numbers(s.numbers())])
+        .section("", s.head())
+        .section("What the difference depends on", self.depends_on())
         .section(
             "Criteria",
             [
@@ -67,8 +72,7 @@ impl Shown for ScoredRecordings {
             "Third-octave levels and perceptual differences",
             [s.levels(), s.differences()].map(Block::Figure),
         )
-        .section("Over time and channels", s.features())
-        .section("Third octaves", [s.table().into(), Block::note(COLUMNS)])
+        .section("Difference of the spectra", s.spectra())
         .section("Other measures, not part of the score", s.other_measures())
         .warnings(&s.warnings)
         .section("Methods", s.methods())
@@ -77,14 +81,31 @@ impl Shown for ScoredRecordings {
     }
 }
 
-const CRITERIA: &str = "“Below the just-noticeable difference”: the criteria on the score and on the difference over time and channels are \
-    both met. “Distinguishable”: within its limits the score is above the limits of its criterion and of that on the halves, or the \
-    difference over time and channels is above its limit. Otherwise “not decided”. The score evaluates spectra of whole recordings.";
+const CRITERIA: &str = "“Below the just-noticeable difference”: the whole interval of the difference is below it. “Distinguishable”: within its \
+    limits the difference is above the limits of both criteria. Otherwise “not decided”.";
 const FEATURES: &str = "Two channels of receptors that do not mask each other, resolved in time: their parts add up as squares (d′ in \
     quadrature). What the estimate of a feature scatters by is taken off, so that two realisations of one texture are equal. The limits \
     hold the published ranges of the parameters (docs/decisions/perception.md).";
+const SENSITIVITY: &str = "The difference with each parameter of the model at the ends of its published range, the others unchanged; those \
+    that change it most, of all of each recording.";
+/// So many parameters are shown.
+const SHOWN_PARAMETERS: usize = 8;
 const COLUMNS: &str = "Levels in dB re 1 m/s² rms. Sensation: the difference B − A of the sensation levels (levels above the detection \
     threshold), spread over neighbouring bands whose frequencies cannot be distinguished. A band below the threshold has none.";
+
+impl ScoredRecordings {
+    fn depends_on(&self) -> Vec<Block> {
+        if self.sensitivity.is_empty() {
+            return Vec::new();
+        }
+        let shown = &self.sensitivity[..self.sensitivity.len().min(SHOWN_PARAMETERS)];
+        let blocks = [Sensitivity::table(shown).into(), Block::note(SENSITIVITY)];
+        vec![Block::folded(
+            "Sensitivity to the parameters of the model",
+            blocks,
+        )]
+    }
+}
 
 impl Score {
     fn conclusion(&self) -> Block {
@@ -94,6 +115,27 @@ impl Score {
             Verdict::NotDecided { .. } => Outcome::NotDecided,
         };
         Block::conclusion(&self.sentence, outcome)
+    }
+
+    /// The conclusion with its numbers, and the features where the perceived difference decides.
+    fn head(&self) -> Vec<Block> {
+        let Some(Perceived { difference, .. }) = &self.perceived else {
+            return vec![self.conclusion(), Block::numbers(self.numbers())];
+        };
+        let parts = difference.blocks();
+        let parts = parts
+            .into_iter()
+            .filter(|block| !matches!(block, Block::Conclusion { .. }));
+        let head = std::iter::once(self.conclusion()).chain(parts);
+        head.chain([Block::note(FEATURES)]).collect()
+    }
+
+    /// What the spectra differ by, by band; with its numbers where it is not what decides.
+    fn spectra(&self) -> Vec<Block> {
+        let numbers = self.perceived.is_some().then(|| self.numbers());
+        let numbers = numbers.map(Block::numbers);
+        let table = [self.table().into(), Block::note(COLUMNS)];
+        numbers.into_iter().chain(table).collect()
     }
 
     fn numbers(&self) -> Vec<Number> {
@@ -107,7 +149,10 @@ impl Score {
         let [a_db, b_db] = [self.reference_sensation_db, self.test_sensation_db];
         let [a_hz, b_hz] = [self.reference_centroid_hz, self.test_centroid_hz];
         vec![
-            jnd(self.score, "score: the largest of the next three"),
+            jnd(
+                self.spectral,
+                "difference of the spectra: the largest of the next three",
+            ),
             jnd(self.spectrum, "mean over the bands, weighted by excitation"),
             jnd(self.level, "overall sensation level"),
             jnd(self.balance, "balance of low and high frequencies"),
@@ -123,18 +168,6 @@ impl Score {
                 "mean frequencies of the excitation by A and B",
             ),
         ]
-    }
-
-    /// What the difference over time and channels consists of; the conclusion is that of the score.
-    fn features(&self) -> Vec<Block> {
-        let Some(found) = &self.over_time else {
-            return Vec::new();
-        };
-        let parts = found.difference.blocks();
-        let parts = parts
-            .into_iter()
-            .filter(|block| !matches!(block, Block::Conclusion { .. }));
-        parts.chain([Block::note(FEATURES)]).collect()
     }
 
     /// The strongest third octave of each where it is below the threshold although all third octaves together are above it, in words.
@@ -381,9 +414,9 @@ impl Score {
         };
         vec![
             Block::text(format!(
-                "One JND is {} dB of level (a fifth in amplitude is 1.58 dB) and {:.0} % of frequency; differences up to {} dB are not \
-                 decided. The excitation is the power divided by the squared detection threshold, spread over third octaves by {:.2} in \
-                 ln f; values below threshold are set to the threshold. The score is the largest of three differences: the mean over \
+                "Spectra: one JND is {} dB of level (a fifth in amplitude is 1.58 dB) and {:.0} % of frequency; differences up to {} dB are \
+                 not decided. The excitation is the power divided by the squared detection threshold, spread over third octaves by {:.2} in \
+                 ln f; values below threshold are set to the threshold. Their difference is the largest of three: the mean over \
                  the bands weighted by their excitation, the overall sensation level, and the mean frequency of the excitation.",
                 c.level_jnd.0,
                 c.frequency_jnd_share * 100.0,

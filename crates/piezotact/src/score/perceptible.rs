@@ -1,31 +1,34 @@
 //! Adds the perceptible difference to a verification, so that score and verification never contradict each other.
 
-use super::{Score, ScoreConfig, Verdict, score_alone};
+use super::perceived::perceived;
+use super::verdict::perceived_criteria;
+use super::{Extent, Perceived, ScoreConfig, Verdict};
 use crate::criterion::Criterion;
+use crate::lineage::Mode;
 use crate::quantity::{Acceleration, Quantity, SampleRate};
 use crate::series::Series;
 use crate::verify::{Verification, VerifyCriterion};
 
-/// `verification` with the perceptible difference between target and measurement as a further criterion, in JND, if the
-/// score is decided: a rendering that can be distinguished from its target does not pass, and for one that does not pass the
-/// result states when the difference is below one JND. The levels re the detection threshold are kept. Nothing is added for quantities other than accelerations, for recordings
-/// too short to be scored, or if the score is not decided.
+/// `verification` with the perceived difference between target and measurement as a further criterion, in JND, if it is decided: a
+/// rendering that can be distinguished from its target does not pass, and for one that does not pass the result states when the
+/// difference is below one JND. The levels re the detection threshold are kept. Nothing is added for quantities other than accelerations,
+/// for recordings of which it cannot be computed, or if it is not decided.
 ///
 /// Source: [`super::score`] over the band of the verification, of the two as they are compared there.
 #[must_use]
 pub fn with_perceptible_difference(mut verification: Verification) -> Verification {
-    let Some((found, config)) = scored(&verification) else {
+    let Some(found) = felt(&verification) else {
         return verification;
     };
-    verification.sensation_db = Some([found.reference_sensation_db, found.test_sensation_db]);
-    match criterion(&found, &config) {
+    verification.sensation_db = Some(found.difference.sensation_level.map(|level| level.0));
+    match criterion(&found) {
         Some(criterion) => verification.with(criterion),
         None => verification,
     }
 }
 
-/// The score of what `verification` compared, and how it was computed.
-fn scored(verification: &Verification) -> Option<(Score, ScoreConfig)> {
+/// The perceived difference of what `verification` compared.
+fn felt(verification: &Verification) -> Option<Perceived> {
     if verification.psd_unit != Acceleration::UNIT.of_psd() {
         return None;
     }
@@ -36,21 +39,25 @@ fn scored(verification: &Verification) -> Option<(Score, ScoreConfig)> {
     };
     let (target, measured) = (part(&verification.target)?, part(&verification.aligned)?);
     let config = ScoreConfig::over(verification.band_hz, verification.rate_hz);
-    let found = score_alone(&target, &measured, &config).ok()?;
-    Some((found, config))
+    let extent = match verification.mode {
+        Mode::Replicate => Extent::SharedPart,
+        Mode::Texture => Extent::WholeOfEach,
+    };
+    perceived([&target, &measured], None, extent, &config).ok()
 }
 
-fn criterion(found: &Score, config: &ScoreConfig) -> Option<Criterion<VerifyCriterion>> {
-    if matches!(found.verdict, Verdict::NotDecided { .. }) {
-        return None;
-    }
-    let interval = [found.score.low_jnd, found.score.high_jnd];
-    let limit = config.model().limit();
+/// The criterion on the perceived difference; `None` where it is not decided.
+fn criterion(found: &Perceived) -> Option<Criterion<VerifyCriterion>> {
+    let jnd = found.difference.jnd;
+    let decided = match Verdict::perceived(&perceived_criteria(found), &found.difference) {
+        Verdict::BelowJnd | Verdict::Distinguishable { .. } => Some([jnd.low, jnd.high]),
+        Verdict::NotDecided { .. } => None,
+    };
     Some(Criterion::new(
         VerifyCriterion::FeltDifference,
         "JND",
-        found.score.jnd,
-        Some(interval),
-        limit,
+        jnd.value,
+        Some(decided?),
+        found.difference.criterion.limit,
     ))
 }

@@ -27,20 +27,29 @@ fn scored(reference: &Series<Acceleration>, test: &Series<Acceleration>) -> Scor
     score(reference, test, &ScoreConfig::over(band, RATE_HZ)).unwrap()
 }
 
+fn by_spectra(reference: &Series<Acceleration>, test: &Series<Acceleration>) -> Score {
+    let band = Band::new(Hertz(20.0), Hertz(1000.0)).unwrap();
+    let config = ScoreConfig {
+        judged_by: ScoreModel::Spectral,
+        ..ScoreConfig::over(band, RATE_HZ)
+    };
+    score(reference, test, &config).unwrap()
+}
+
 /// "0.00–37.04 JND" used to be "so close that a longer recording cannot decide".
 #[test]
 fn an_interval_that_holds_everything_says_nothing() {
-    let mut found = scored(
+    let mut found = by_spectra(
         &recorded(0.3, 10.0, 220.0, 1),
         &recorded(0.3, 9.0, 220.0, 2),
     );
     found.verdict = Verdict::NotDecided { needed_s: None };
     let mut said = |low_jnd: f64, high_jnd: f64| {
-        found.score = Difference {
+        found.spectral = Difference {
             jnd: 1.2,
             low_jnd,
             high_jnd,
-            ..found.score
+            ..found.spectral
         };
         found.in_words()
     };
@@ -75,6 +84,7 @@ fn the_sum_over_third_octaves_is_shown_where_none_reaches_the_threshold() {
         let scored = ScoredRecordings {
             names: ["a", "b"].map(Into::into),
             provenance: Default::default(),
+            sensitivity: Vec::new(),
             score,
         };
         format!("{:?}", scored.page())
@@ -135,7 +145,8 @@ fn silence_does_not_change_a_level() {
     assert!((own - padded).abs() < 1.0, "{own} {padded}");
 }
 
-/// A cut of a longer vibration says little of it, however well it follows: it is refused by its own name.
+/// A cut of a longer vibration says little of it, however well it follows: below 0.3 s, for spectra below a segment, it is refused by its
+/// own name.
 #[test]
 fn a_short_cut_of_a_longer_vibration_is_refused() {
     let mut rng = ChaCha8Rng::seed_from_u64(3);
@@ -143,15 +154,27 @@ fn a_short_cut_of_a_longer_vibration_is_refused() {
     let samples: Vec<f64> = (0..50_000).map(|_| uniform()).collect();
     let rate = SampleRate::new(RATE_HZ).unwrap();
     let whole = Series::<Acceleration>::new(samples.clone(), rate).unwrap();
-    let cut = Series::new(samples[..2_000].to_vec(), rate).unwrap();
+    let cut = |n: usize| Series::new(samples[..n].to_vec(), rate).unwrap();
+    let (short, shorter) = (cut(2_000), cut(1_000));
     let band = Band::new(Hertz(20.0), Hertz(1000.0)).unwrap();
-    let config = ScoreConfig::over(band, RATE_HZ);
-    for (pair, name) in [
-        ([&whole, &cut], "the test"),
-        ([&cut, &whole], "the reference"),
+    let perceived = ScoreConfig::over(band, RATE_HZ);
+    let spectral = ScoreConfig {
+        judged_by: ScoreModel::Spectral,
+        ..perceived.clone()
+    };
+    for (cut, config, limits) in [
+        (&short, &spectral, ["0.82 s", "0.400 s"]),
+        (&shorter, &perceived, ["0.30 s", "0.200 s"]),
     ] {
-        let said = score(pair[0], pair[1], &config).unwrap_err().to_string();
-        let expected = [name, "0.82 s", "0.400 s", "record longer"];
-        assert!(expected.iter().all(|part| said.contains(part)), "{said}");
+        for (pair, name) in [
+            ([&whole, cut], "the test"),
+            ([cut, &whole], "the reference"),
+        ] {
+            let said = score(pair[0], pair[1], config).unwrap_err().to_string();
+            let expected = [name, limits[0], limits[1], "record longer"];
+            assert!(expected.iter().all(|part| said.contains(part)), "{said}");
+        }
     }
+    let found = score(&whole, &short, &perceived).unwrap();
+    assert_eq!(found.verdict, Verdict::BelowJnd, "{}", found.sentence);
 }

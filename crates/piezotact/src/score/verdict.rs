@@ -4,15 +4,18 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use super::{BandScore, Difference, Extent, OverTime};
+use super::{BandScore, Difference, Extent, Perceived};
 use crate::criterion::{Criterion, Limit, Outcome};
 use crate::discrimination::Model;
-use crate::perception::Contribution;
+use crate::perception::{Contribution, Feature, PerceivedDifference};
 use crate::quantity::{Band, Seconds};
 use crate::statistics::LevelSpread;
 
 /// A wider interval holds differences that nobody feels and such as everybody feels: twice the published range of the JND, from zero.
 const WIDE_JND: f64 = 3.2;
+/// Parts of one stroke, of less than a second each, are up to so many JND apart: it begins and ends softly (4.8 in measured strokes;
+/// docs/decisions/perception.md).
+const SHORT_EXCERPTS_JND: f64 = 5.0;
 /// The longest recording that is recommended, s.
 const LONGEST_S: f64 = 3600.0;
 
@@ -33,7 +36,7 @@ pub enum How {
     StrongerIn(Vec<Band>),
     /// It is weaker in these bands, the one that counts most first.
     WeakerIn(Vec<Band>),
-    /// It differs in these features over time, the one that counts most first.
+    /// It differs in these features, the one that counts most first.
     DiffersIn(Vec<Contribution>),
 }
 
@@ -42,26 +45,19 @@ pub enum How {
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum ScoreCriterion {
-    /// The score against the just-noticeable difference and the range that was published of it.
+    /// The difference against the just-noticeable difference; of spectra, with the range that was published of it.
     JustNoticeableDifference,
-    /// The score against how far the halves of one recording lie apart.
+    /// The difference against how far the halves of one recording lie apart.
     DifferenceWithin,
-    /// How far they are apart over time and channels, against one JND and how far the halves of one recording are.
-    OverTime,
-    /// The loudest 0.1 s over the detection threshold, where neither reaches it over its whole length.
+    /// The loudest 0.1 s over the detection threshold, where neither reaches it over its whole length and the spectra decide.
     LoudestMoment,
 }
 
 impl fmt::Display for ScoreCriterion {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::JustNoticeableDifference => {
-                "score below the just-noticeable difference (75 % correct)"
-            }
-            Self::DifferenceWithin => "score below the difference between the halves of one recording",
-            Self::OverTime => {
-                "difference over time and channels below the just-noticeable difference (79 % correct)"
-            }
+            Self::JustNoticeableDifference => "difference below the just-noticeable difference",
+            Self::DifferenceWithin => "difference below that between the halves of one recording",
             Self::LoudestMoment => {
                 "loudest 0.1 s relative to the detection threshold, if neither reaches it over its whole length"
             }
@@ -69,46 +65,50 @@ impl fmt::Display for ScoreCriterion {
     }
 }
 
-/// Whether `what` is among `criteria` and is not met.
-pub(super) fn not_met(criteria: &[Criterion<ScoreCriterion>], what: ScoreCriterion) -> bool {
+/// The outcome of the criterion on `what` in `criteria`.
+fn outcome(criteria: &[Criterion<ScoreCriterion>], what: ScoreCriterion) -> Option<Outcome> {
     let mut all = criteria.iter();
-    all.any(|c| c.what == what && c.outcome == Outcome::NotMet)
+    all.find(|c| c.what == what).map(|c| c.outcome)
 }
 
-/// The criteria of `score`: met where all that the data allow is below the limit.
-pub(super) fn criteria(
-    score: Difference,
+/// The criteria on a difference: met where all that the data allow is below the limit.
+fn criteria(
+    (jnd, interval): (f64, [f64; 2]),
+    limit: Limit,
+    within_jnd: Option<f64>,
+) -> Vec<Criterion<ScoreCriterion>> {
+    use ScoreCriterion::{DifferenceWithin, JustNoticeableDifference};
+    let against = |what, limit| Criterion::new(what, "JND", jnd, Some(interval), limit);
+    let mut criteria = vec![against(JustNoticeableDifference, limit)];
+    criteria.extend(within_jnd.map(|within| against(DifferenceWithin, Limit::at_most(within))));
+    criteria
+}
+
+/// The criteria on the perceived difference.
+pub(super) fn perceived_criteria(found: &Perceived) -> Vec<Criterion<ScoreCriterion>> {
+    let jnd = found.difference.jnd;
+    let limit = found.difference.criterion.limit;
+    let within_jnd = found.within_jnd.map(|within| match found.is_short() {
+        true => within.max(SHORT_EXCERPTS_JND),
+        false => within,
+    });
+    criteria((jnd.value, [jnd.low, jnd.high]), limit, within_jnd)
+}
+
+/// The criteria on the difference of the spectra.
+pub(super) fn spectral_criteria(
+    found: Difference,
     (extent, within_jnd): (Extent, Option<[f64; 2]>),
     (levels, sensation_db): (Option<[LevelSpread; 2]>, [f64; 2]),
-    over_time: Option<&OverTime>,
     model: &Model,
 ) -> Vec<Criterion<ScoreCriterion>> {
-    let interval = Some([score.low_jnd, score.high_jnd]);
-    let against = |what, limit| Criterion::new(what, "JND", score.jnd, interval, limit);
-    let mut criteria = vec![against(
-        ScoreCriterion::JustNoticeableDifference,
-        model.limit(),
-    )];
     // If one waveform follows the other, changes over time are common to both.
-    if let (Extent::WholeOfEach, Some([a, b])) = (extent, within_jnd) {
-        criteria.push(against(
-            ScoreCriterion::DifferenceWithin,
-            Limit::at_most(a.max(b)),
-        ));
-    }
-    if let Some(found) = over_time {
-        let jnd = found.difference.jnd;
-        criteria.push(Criterion::new(
-            ScoreCriterion::OverTime,
-            "JND",
-            jnd.value,
-            Some([jnd.low, jnd.high]),
-            Limit::AtMost {
-                met: 1.0,
-                not_met: found.within_jnd.max(1.0),
-            },
-        ));
-    }
+    let within_jnd = match extent {
+        Extent::WholeOfEach => within_jnd.map(|[a, b]| a.max(b)),
+        Extent::SharedPart => None,
+    };
+    let interval = [found.low_jnd, found.high_jnd];
+    let mut criteria = criteria((found.jnd, interval), model.limit(), within_jnd);
     if let Some([a, b]) = levels
         && sensation_db.iter().all(|db| *db <= 0.0)
     {
@@ -128,10 +128,10 @@ pub(super) fn criteria(
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(tag = "is", rename_all = "snake_case")]
 pub enum Verdict {
-    /// All differences are below the just-noticeable difference (75 % correct), with 95 % confidence.
+    /// The difference is below the just-noticeable difference, with its whole interval.
     BelowJnd,
-    /// The score is above the published range of the just-noticeable difference, and above what halves of one recording
-    /// differ by, with 95 % confidence.
+    /// The difference is above the just-noticeable difference (of spectra: above its published range), and above what halves of one
+    /// recording differ by, with its whole interval.
     Distinguishable {
         /// How they differ.
         how: Vec<How>,
@@ -145,48 +145,55 @@ pub enum Verdict {
 }
 
 impl Verdict {
-    /// The verdict on `score` by its `criteria`, from recordings of `length`. The differences in level and in balance come with
-    /// whether the test has more.
-    pub(super) fn of(
-        score: Difference,
+    /// The verdict on the perceived difference `found` by its `criteria`.
+    pub(super) fn perceived(
+        criteria: &[Criterion<ScoreCriterion>],
+        found: &PerceivedDifference,
+    ) -> Self {
+        if outcome(criteria, ScoreCriterion::JustNoticeableDifference) == Some(Outcome::Met) {
+            return Self::BelowJnd;
+        }
+        if criteria.iter().any(|c| c.outcome != Outcome::NotMet) {
+            return Self::NotDecided { needed_s: None };
+        }
+        let features = found.main_contributions();
+        let by_level = features.iter().any(|one| one.feature == Feature::Level);
+        let mut how = Vec::new();
+        match found.felt_level.0 {
+            db if by_level && db > 0.0 => how.push(How::Louder),
+            db if by_level && db < 0.0 => how.push(How::Softer),
+            _ => {}
+        }
+        how.push(How::DiffersIn(features));
+        Self::Distinguishable { how }
+    }
+
+    /// The verdict on the difference of spectra `found` by its `criteria`, from recordings of `length`. The differences in level and in
+    /// balance come with whether the test has more.
+    pub(super) fn spectral(
+        found: Difference,
         criteria: &[Criterion<ScoreCriterion>],
         [level, balance]: [(Difference, bool); 2],
-        (bands, over_time): (&[BandScore], Option<&OverTime>),
+        bands: &[BandScore],
         length: Seconds,
     ) -> Self {
-        let Some(jnd) = criteria
-            .iter()
-            .find(|c| c.what == ScoreCriterion::JustNoticeableDifference)
-        else {
+        use ScoreCriterion::{JustNoticeableDifference, LoudestMoment};
+        let Some(jnd) = criteria.iter().find(|c| c.what == JustNoticeableDifference) else {
             return Self::NotDecided { needed_s: None };
         };
-        use ScoreCriterion::{LoudestMoment, OverTime as Time};
-        let in_time = |c: &&Criterion<ScoreCriterion>| matches!(c.what, Time | LoudestMoment);
-        let outcome_of = |what| criteria.iter().find(|c| c.what == what).map(|c| c.outcome);
-        let features = match (outcome_of(Time), over_time) {
-            (Some(Outcome::NotMet), Some(found)) => found.difference.main_contributions(),
-            _ => Vec::new(),
-        };
-        let mut of_levels = criteria.iter().filter(|c| !in_time(c));
-        let by_levels = of_levels.all(|c| c.outcome == Outcome::NotMet);
-        if !by_levels && features.is_empty() {
-            // Long-time levels below the JND give no information about changes over time.
-            let is_below = jnd.outcome == Outcome::Met
-                && matches!(outcome_of(Time), None | Some(Outcome::Met))
-                && outcome_of(LoudestMoment) != Some(Outcome::NotMet);
-            return match (is_below, jnd.outcome) {
-                (true, _) => Self::BelowJnd,
-                (false, Outcome::Met) => Self::NotDecided { needed_s: None },
-                (false, _) => Self::NotDecided {
-                    needed_s: needed_s(score, jnd.limit, length),
-                },
+        // Long-time levels below the threshold give no information about single moments.
+        match (jnd.outcome, outcome(criteria, LoudestMoment)) {
+            (Outcome::Met, Some(Outcome::NotMet)) => return Self::NotDecided { needed_s: None },
+            (Outcome::Met, _) => return Self::BelowJnd,
+            _ => {}
+        }
+        let mut of_levels = criteria.iter().filter(|c| c.what != LoudestMoment);
+        if of_levels.any(|c| c.outcome != Outcome::NotMet) {
+            return Self::NotDecided {
+                needed_s: needed_s(found, jnd.limit, length),
             };
         }
         let mut how = Vec::new();
-        if !by_levels {
-            how.push(How::DiffersIn(features));
-            return Self::Distinguishable { how };
-        }
         match level {
             (d, true) if d.low_jnd > 1.0 => how.push(How::Louder),
             (d, false) if d.low_jnd > 1.0 => how.push(How::Softer),
@@ -211,7 +218,7 @@ impl Verdict {
     #[must_use]
     pub fn word(&self) -> &'static str {
         match self {
-            Self::BelowJnd => "below the just-noticeable difference (75 % correct)",
+            Self::BelowJnd => "below the just-noticeable difference",
             Self::Distinguishable { .. } => "distinguishable",
             Self::NotDecided { .. } => "not decided",
         }
@@ -278,49 +285,73 @@ impl fmt::Display for How {
 impl super::Score {
     /// Its [`super::Score::sentence`].
     pub(super) fn in_words(&self) -> String {
-        let score = self.score;
+        match &self.perceived {
+            Some(found) => self.perceived_in_words(found),
+            None => format!("by the spectra alone {}", self.spectra_in_words()),
+        }
+    }
+
+    fn perceived_in_words(&self, found: &Perceived) -> String {
+        let difference = &found.difference;
+        let within_jnd = found.within_jnd.unwrap_or(0.0);
+        match &self.verdict {
+            Verdict::NotDecided { .. } if difference.jnd.low > 1.0 => {
+                let why = match found.is_short() && within_jnd < SHORT_EXCERPTS_JND {
+                    true => format!(
+                        "parts of one stroke as short as these differ by up to {SHORT_EXCERPTS_JND} JND; record longer"
+                    ),
+                    false => format!("the halves of one recording differ by {within_jnd:.2} JND"),
+                };
+                format!("{}: {}; {why}", self.verdict.word(), difference.range())
+            }
+            Verdict::Distinguishable { how } if how.contains(&How::Louder) => {
+                format!("{}; B is {}", difference.sentence(), How::Louder)
+            }
+            Verdict::Distinguishable { how } if how.contains(&How::Softer) => {
+                format!("{}; B is {}", difference.sentence(), How::Softer)
+            }
+            _ => difference.sentence(),
+        }
+    }
+
+    fn spectra_in_words(&self) -> String {
+        let found = self.spectral;
         let model = self.config.model();
         let range = format!(
             "{:.2} JND (95 %: {:.2}–{:.2})",
-            score.jnd, score.low_jnd, score.high_jnd
+            found.jnd, found.low_jnd, found.high_jnd
         );
         let word = self.verdict.word();
+        let is = |what| outcome(&self.criteria, what);
         match &self.verdict {
             Verdict::BelowJnd
                 if self.reference_sensation_db <= 0.0 && self.test_sensation_db <= 0.0 =>
             {
                 format!("{word}: neither reaches the detection threshold")
             }
-            Verdict::BelowJnd => format!("{word}: score {range}{}", self.over_time_in_words()),
+            Verdict::BelowJnd => format!("{word}: {range}"),
             Verdict::Distinguishable { how } => {
                 let how: Vec<String> = how.iter().map(ToString::to_string).collect();
                 let how = match how.as_slice() {
                     [] => "differs slightly in all bands".into(),
                     how => format!("is {}", how.join(", ")),
                 };
-                format!(
-                    "{word}: score {range}{}; B {how}",
-                    self.over_time_in_words()
-                )
+                format!("{word}: {range}; B {how}")
             }
             Verdict::NotDecided { needed_s } => {
                 let halves = self.within_jnd.map_or(0.0, |[a, b]| a.max(b));
-                let within = self.criteria.iter().any(|c| {
-                    c.what == ScoreCriterion::DifferenceWithin && c.outcome != Outcome::NotMet
-                });
+                let within = is(ScoreCriterion::DifferenceWithin)
+                    .is_some_and(|outcome| outcome != Outcome::NotMet);
                 let why = match needed_s {
-                    _ if not_met(&self.criteria, ScoreCriterion::LoudestMoment) => {
+                    _ if is(ScoreCriterion::LoudestMoment) == Some(Outcome::NotMet) => {
                         "over their whole length neither reaches the detection threshold, but the loudest 0.1 s do, which the \
-                            score does not evaluate".into()
+                            spectra do not show".into()
                     }
-                    _ if score.high_jnd < 1.0 => {
-                        "over time and channels the difference is in the range of the just-noticeable difference".into()
-                    }
-                    _ if within && score.low_jnd > model.noticed_jnd() => {
+                    _ if within && found.low_jnd > model.noticed_jnd() => {
                         format!("the halves of one recording differ by {halves:.2} JND")
                     }
                     Some(needed_s) => format!("record about {} of each", duration(*needed_s)),
-                    None if score.high_jnd - score.low_jnd > WIDE_JND => {
+                    None if found.high_jnd - found.low_jnd > WIDE_JND => {
                         "the interval says nothing: the recordings are too short, or change too much over time; record longer, under \
                             conditions that stay the same".into()
                     }
@@ -332,19 +363,9 @@ impl super::Score {
                         model.noticed_jnd()
                     ),
                 };
-                format!("{word}: score {range}{}; {why}", self.over_time_in_words())
+                format!("{word}: {range}; {why}")
             }
         }
-    }
-
-    fn over_time_in_words(&self) -> String {
-        self.over_time.as_ref().map_or_else(String::new, |found| {
-            let jnd = found.difference.jnd;
-            format!(
-                ", over time and channels {:.2} JND ({:.2}–{:.2})",
-                jnd.value, jnd.low, jnd.high
-            )
-        })
     }
 }
 

@@ -64,8 +64,18 @@ impl Aligned {
 const EDGE_RATIO: f64 = 0.1;
 
 /// `samples` with their mean removed, limited to `band`: the filter that both waveforms pass before the comparison.
-pub(crate) fn in_band(samples: &[f64], rate: SampleRate, band: Band) -> Vec<f64> {
-    filtered(samples, rate, |hz| band.weight(hz, EDGE_RATIO))
+pub(super) fn in_band(samples: &[f64], rate: SampleRate, band: Band) -> Vec<f64> {
+    in_band_with_edges(samples, rate, band, EDGE_RATIO)
+}
+
+/// As [`in_band`], with edges whose width is the share `edge_ratio` of the band's ends.
+pub(crate) fn in_band_with_edges(
+    samples: &[f64],
+    rate: SampleRate,
+    band: Band,
+    edge_ratio: f64,
+) -> Vec<f64> {
+    filtered(samples, rate, |hz| band.weight(hz, edge_ratio))
 }
 
 /// `samples` with their mean removed, limited to `bands` with sharp edges.

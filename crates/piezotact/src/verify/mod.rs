@@ -23,7 +23,9 @@ mod verdict;
 mod warning;
 
 use crate::recording::{RecordingWarning, ReversedSign};
-pub(crate) use align::{align, in_band};
+#[cfg(test)]
+use align::in_band;
+pub(crate) use align::{align, in_band_with_edges};
 pub use beside::{Beside, DriveBeside, DriveSource, beside, drive_beside};
 pub use changed::{Changed, changed};
 pub use clock::{Clock, Lost};

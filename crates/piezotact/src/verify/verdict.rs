@@ -414,8 +414,7 @@ impl Verification {
         let felt = self.criterion(VerifyCriterion::FeltDifference);
         let felt = match felt.map(|c| c.outcome) {
             Some(Outcome::Met) if self.verdict == Verdict::NotPassed => {
-                "; from their long-time spectra alone, the two could not be distinguished (below the just-noticeable \
-                    difference, 75 % correct), but this does not include events in time"
+                "; a finger could not distinguish the two (below the just-noticeable difference)"
             }
             _ => "",
         };

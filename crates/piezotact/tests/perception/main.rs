@@ -14,7 +14,8 @@ use piezotact::perception::{
     Feature, PARAMETERS, Parameters, PerceivedDifference, PerceptionError, perceived_difference,
     perceived_through, sensitivity,
 };
-use piezotact::quantity::{Acceleration, Decibels, SampleRate};
+use piezotact::quantity::{Acceleration, Band, Decibels, Hertz, SampleRate};
+use piezotact::score::{ScoreConfig, Verdict, score};
 use piezotact::series::Series;
 use serde::Deserialize;
 use signals::{FS, equal_energy, louder, modulated, noise, padded, pair, ramp, series, taps, tone};
@@ -80,6 +81,38 @@ fn the_pairs_of_the_literature_are_as_far_apart_as_people_find_them() {
     eprintln!("{all} pairs, outside {outside:?}, not decided {undecided}");
     assert!(outside.is_empty(), "{outside:?}");
     assert!(all == 53 && undecided <= 2);
+}
+
+/// The verdicts of `score` on the same pairs: none says "below" of what people tell apart, or "distinguishable" of what they do not, and
+/// most values lie where they are expected.
+#[test]
+fn the_score_says_nothing_false_of_the_pairs_of_the_literature() {
+    let band = Band::new(Hertz(20.0), Hertz(1000.0)).unwrap();
+    let config = ScoreConfig::over(band, FS);
+    let (mut right, mut undecided, mut all) = (0, Vec::new(), 0);
+    for Expected { key, low, high } in expected() {
+        let [a, b] = pair(key).map(|x| series(&x));
+        let found = score(&a, &b, &config).unwrap();
+        let jnd = found.perceived.as_ref().unwrap().difference.jnd.value;
+        let alone = of(key).jnd.value;
+        eprintln!(
+            "{key:10} expected {low}..{high}, alone {alone:.2}: {}",
+            found.sentence
+        );
+        match found.verdict {
+            Verdict::BelowJnd => assert!(low < 1.0, "{key}: {}", found.sentence),
+            Verdict::Distinguishable { .. } => assert!(high > 1.0, "{key}: {}", found.sentence),
+            Verdict::NotDecided { .. } if low >= 1.0 || high <= 1.0 => undecided.push(key),
+            Verdict::NotDecided { .. } => {}
+        }
+        right += usize::from((low..=high).contains(&jnd));
+        all += 1;
+    }
+    eprintln!("{right} of {all} right, not decided {undecided:?}");
+    assert!(
+        all == 53 && right >= 50 && undecided.len() <= 5,
+        "{right} {undecided:?}"
+    );
 }
 
 #[test]
@@ -248,7 +281,7 @@ fn what_is_felt_is_said_in_words() {
 fn what_the_difference_depends_on() {
     let [a, b] = pair("1.80");
     let (a, b) = (series(&a), series(&b));
-    let all = sensitivity(&a, &b, &Parameters::published()).unwrap();
+    let all = sensitivity(&a, &b, &Parameters::published(), &|_| Decibels(0.0)).unwrap();
     assert_eq!(all.len(), PARAMETERS.len());
     let of = |name| all.iter().find(|one| one.parameter == name).unwrap();
     // A threshold 35 dB higher leaves nothing to be felt.

@@ -11,7 +11,7 @@ use std::f64::consts::TAU;
 use num_complex::Complex;
 use piezotact::Series;
 use piezotact::quantity::{Acceleration, Band, Hertz, SampleRate};
-use piezotact::score::{Score, ScoreConfig, score};
+use piezotact::score::{Score, ScoreConfig, ScoreModel, score};
 use piezotact_fourier::ComplexPlanner;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -30,6 +30,18 @@ pub(crate) fn config() -> ScoreConfig {
 
 pub(crate) fn scored(reference: &Series<Acceleration>, test: &Series<Acceleration>) -> Score {
     score(reference, test, &config()).unwrap()
+}
+
+/// By the difference of the spectra.
+pub(crate) fn scored_by_spectra(
+    reference: &Series<Acceleration>,
+    test: &Series<Acceleration>,
+) -> Score {
+    let config = ScoreConfig {
+        judged_by: ScoreModel::Spectral,
+        ..config()
+    };
+    score(reference, test, &config).unwrap()
 }
 
 pub(crate) struct Random(ChaCha8Rng);

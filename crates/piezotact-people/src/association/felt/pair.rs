@@ -10,7 +10,7 @@ use piezotact::integrity::copied;
 use piezotact::perception::{Contribution, Feature};
 use piezotact::quantity::{Decibels, SampleRate};
 use piezotact::resample::to_common_rate;
-use piezotact::score::{Difference, Extent, Score, ScoreConfig, not_felt, score};
+use piezotact::score::{Difference, Extent, Score, ScoreConfig, ScoreModel, not_felt, score};
 use piezotact::spectrum::{RECOMMENDED_SEGMENTS, WelchConfig};
 use serde::{Deserialize, Serialize};
 
@@ -358,7 +358,7 @@ fn time_course(levelled: &Score) -> (Separates, Vec<Contribution>, Criterion<Fel
         met: 1.0,
         not_met: within.max(1.0),
     };
-    let Some(found) = &levelled.over_time else {
+    let Some(found) = &levelled.perceived else {
         let unknown = Criterion::unmeasured(FeltCriterion::TimeCourse, "JND", limit(1.0));
         return (Separates::NotDecided, Vec::new(), unknown);
     };
@@ -368,7 +368,7 @@ fn time_course(levelled: &Score) -> (Separates, Vec<Contribution>, Criterion<Fel
         "JND",
         jnd.value,
         Some([jnd.low, jnd.high]),
-        limit(found.within_jnd),
+        limit(found.within_jnd.unwrap_or(0.0)),
     );
     let mut main = found.difference.main_contributions();
     main.retain(|one| one.feature.is_of_time());
@@ -400,15 +400,24 @@ pub(super) fn compared(
         contact: model.contact.clone(),
         ..ScoreConfig::over(model.band, first.rate().hz())
     };
-    let of = |x: &_, y: &_| score(x, y, &config).map_err(|error| error.to_string());
-    let as_felt = of(&first, &second)?;
+    let of = |x: &_, y: &_, judged_by| {
+        let config = ScoreConfig {
+            judged_by,
+            ..config.clone()
+        };
+        score(x, y, &config).map_err(|error| error.to_string())
+    };
+    let as_felt = of(&first, &second, ScoreModel::Spectral)?;
     // The louder at the sensation level of the softer: what is not felt of the softer separates nothing.
     let louder_by = as_felt.test_sensation_db - as_felt.reference_sensation_db;
     let levelled = if louder_by > 0.0 {
-        of(&first, &second.amplified(Decibels(-louder_by)))?
+        [first, second.amplified(Decibels(-louder_by))]
     } else {
-        of(&first.amplified(Decibels(louder_by)), &second)?
+        [first.amplified(Decibels(louder_by)), second]
     };
+    // Where the time course is not known, of recordings below 1 kHz, the spectra still are.
+    let levelled = of(&levelled[0], &levelled[1], ScoreModel::PerceivedDifference)
+        .or_else(|_| of(&levelled[0], &levelled[1], ScoreModel::Spectral))?;
     let (by_level, mut criteria) = judged(
         as_felt.level,
         &as_felt,

@@ -1,0 +1,144 @@
+//! What is felt of two vibrations, over time and by channel.
+
+use serde::Serialize;
+
+use super::{Extent, ScoreConfig, ScoreError};
+use crate::perception::{
+    Limitation, Parameters, PerceivedDifference, Record, Sensitivity, perceived_through,
+    sensitivity,
+};
+use crate::quantity::{Acceleration, Decibels, Hertz, Seconds};
+use crate::series::Series;
+use crate::verify::in_band_with_edges;
+
+/// The shortest excerpt of a longer vibration that is compared.
+const SHORTEST_EXCERPT: Seconds = Seconds(0.3);
+/// The width of the edges of the band, as a share of its ends: sharper ones ring for longer than a channel follows.
+const EDGE_RATIO: f64 = 0.5;
+
+/// How far two vibrations are apart over time and channels.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct Perceived {
+    /// The difference, by features.
+    #[serde(flatten)]
+    pub difference: PerceivedDifference,
+    /// How far the halves of one recording are apart, JND: of the one whose halves differ more; absent where they are too short, or where
+    /// one waveform follows the other.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub within_jnd: Option<f64>,
+}
+
+impl Perceived {
+    /// Whether one of the two is an excerpt that is too short for what varies slowly.
+    pub(super) fn is_short(&self) -> bool {
+        let mut all = self.difference.limitations.iter();
+        all.any(|one| matches!(one, Limitation::ShortExcerpt { .. }))
+    }
+}
+
+/// The level of the skin's motion over the nail's by frequency, as `config` has it.
+fn skin(config: &ScoreConfig) -> impl Fn(Hertz) -> Decibels + '_ {
+    |at| Decibels(config.contact.as_ref().map_or(0.0, |map| map.ratio_db(at)))
+}
+
+/// `x` within the band of `config`.
+fn limited(
+    x: &Series<Acceleration>,
+    config: &ScoreConfig,
+) -> Result<Series<Acceleration>, ScoreError> {
+    let samples = in_band_with_edges(x.samples(), x.rate(), config.band, EDGE_RATIO);
+    Ok(Series::new(samples, x.rate())?)
+}
+
+/// How far the halves of `x` are apart, JND; `None` where they are too short.
+fn halves(x: &Series<Acceleration>, config: &ScoreConfig) -> Option<f64> {
+    let (first, second) = x.samples().split_at(x.samples().len() / 2);
+    let [first, second] = [first, second].map(|cut| Series::new(cut.to_vec(), x.rate()).ok());
+    let apart = perceived_through(&first?, &second?, &Parameters::published(), &skin(config));
+    Some(apart.ok()?.jnd.value)
+}
+
+/// Refuses excerpts that are too short: those that are `compared` of `both`.
+fn refuse(
+    both: [&Series<Acceleration>; 2],
+    compared: [&Series<Acceleration>; 2],
+    records: [Record; 2],
+) -> Result<(), ScoreError> {
+    // What both share is as long as the shorter one at the most.
+    let [a, b] = both.map(|x| x.samples().len());
+    let mut names = ["the reference", "the test"];
+    if b < a {
+        names.reverse();
+    }
+    let is_shared = compared[0].samples().len() == compared[1].samples().len() && a != b;
+    for (i, (x, record)) in compared.into_iter().zip(records).enumerate() {
+        let found = x.duration();
+        if record == Record::Excerpt && found.0 < SHORTEST_EXCERPT.0 {
+            return Err(ScoreError::TooShort {
+                what: match is_shared {
+                    true => names[0],
+                    false => ["the reference", "the test"][i],
+                },
+                needed: SHORTEST_EXCERPT,
+                found,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// How far `both` are apart within the band of `config`; of two excerpts of which one is cut out of the other, what they share.
+pub(super) fn perceived(
+    both: [&Series<Acceleration>; 2],
+    shared: Option<&[Series<Acceleration>; 2]>,
+    extent: Extent,
+    config: &ScoreConfig,
+) -> Result<Perceived, ScoreError> {
+    let published = Parameters::published();
+    let of = |a: &Series<Acceleration>, b: &Series<Acceleration>| {
+        perceived_through(a, b, &published, &skin(config))
+    };
+    let [a, b] = both;
+    let (mut a, mut b) = (limited(a, config)?, limited(b, config)?);
+    let mut difference = of(&a, &b)?;
+    if let Some([first, second]) = shared
+        && difference.records.contains(&Record::Excerpt)
+    {
+        (a, b) = (limited(first, config)?, limited(second, config)?);
+        difference = of(&a, &b)?;
+    }
+    refuse(both, [&a, &b], difference.records)?;
+    let within_jnd = match extent {
+        Extent::SharedPart => None,
+        Extent::WholeOfEach => [&a, &b]
+            .into_iter()
+            .filter_map(|x| halves(x, config))
+            .reduce(f64::max),
+    };
+    Ok(Perceived {
+        difference,
+        within_jnd,
+    })
+}
+
+/// What the perceived difference of `test` from `reference` within the band of `config` becomes, JND, when each parameter in turn is at
+/// the ends of its published range; as [`sensitivity`] has it, of all of each.
+///
+/// Source: [`sensitivity`].
+///
+/// # Errors
+/// [`ScoreError::Perception`] as [`super::score`] has it.
+pub fn score_sensitivity(
+    reference: &Series<Acceleration>,
+    test: &Series<Acceleration>,
+    config: &ScoreConfig,
+) -> Result<Vec<Sensitivity>, ScoreError> {
+    let (a, b) = (limited(reference, config)?, limited(test, config)?);
+    Ok(sensitivity(
+        &a,
+        &b,
+        &Parameters::published(),
+        &skin(config),
+    )?)
+}
