@@ -14,6 +14,7 @@ use piezotact::score::sliding_part;
 use piezotact::series::Series;
 use piezotact_dataset::{Contents, ReadOptions, is_time_unit, read_recording};
 
+use crate::calls;
 use crate::cli::Reading;
 use crate::failure::{Failure, Outcome, usage};
 use crate::memory::reading_fits;
@@ -59,8 +60,16 @@ pub(crate) fn read_beside(
 
 /// As [`read`], for what inspects the channels itself.
 pub(crate) fn read_uninspected(path: &Path, reading: &Reading) -> Outcome<Contents> {
+    opened(path, &options_of(reading)?)
+}
+
+/// The recording that is given by the name `path`, else the one in that file.
+fn opened(path: &Path, options: &ReadOptions) -> Outcome<Contents> {
+    if let Some(given) = calls::given(path) {
+        return Ok(given);
+    }
     reading_fits(path)?;
-    Ok(read_recording(path, &options_of(reading)?)?)
+    Ok(read_recording(path, options)?)
 }
 
 /// What a person states of the scale of a file.
@@ -136,8 +145,7 @@ pub(crate) fn options_of(reading: &Reading) -> Outcome<ReadOptions> {
 
 /// The recording in a file, with the warnings about what broke on its way to the file.
 pub(crate) fn inspected(path: &Path, options: &ReadOptions) -> Outcome<Contents> {
-    reading_fits(path)?;
-    let mut contents = read_recording(path, options)?;
+    let mut contents = opened(path, options)?;
     let found = warnings_of(&contents.recording, drive_limit(contents.setup.as_ref()));
     contents.recording.about.add_warnings(found);
     Ok(contents)
@@ -145,12 +153,11 @@ pub(crate) fn inspected(path: &Path, options: &ReadOptions) -> Outcome<Contents>
 
 /// A drive: its file was written by a program, so that nothing broke on the way to it, and full scale is its unit.
 pub(crate) fn read_drive(path: &Path) -> Outcome<Contents> {
-    reading_fits(path)?;
     let options = ReadOptions {
         is_drive: true,
         ..ReadOptions::default()
     };
-    Ok(read_recording(path, &options)?)
+    opened(path, &options)
 }
 
 /// The largest drive that the device plays, of full scale: full scale where it is not known.
