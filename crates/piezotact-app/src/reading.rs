@@ -66,10 +66,33 @@ pub(crate) fn read_uninspected(path: &Path, reading: &Reading) -> Outcome<Conten
 /// The recording that is given by the name `path`, else the one in that file.
 fn opened(path: &Path, options: &ReadOptions) -> Outcome<Contents> {
     if let Some(given) = calls::given(path) {
-        return Ok(given);
+        return as_given(path, given, options);
     }
     reading_fits(path)?;
     Ok(read_recording(path, options)?)
+}
+
+/// A recording that is given has its units: a scale or a part that is stated of files would be left out silently.
+fn as_given(path: &Path, given: Contents, options: &ReadOptions) -> Outcome<Contents> {
+    let is_stated = options.scale.is_some() || !options.units.is_empty();
+    let mut channels = given.recording.channels().iter();
+    let plain = channels.find(|channel| match &channel.unit {
+        Unit::FullScale => !options.is_drive,
+        Unit::Other(text) => text.is_empty(),
+        _ => false,
+    });
+    match plain {
+        Some(channel) if is_stated => Err(usage(anyhow!(
+            "{}: expected the unit of `{}` with its samples, found --scale, which is of files; state the unit where the recording is made",
+            path.display(),
+            channel.name
+        ))),
+        _ if options.part.is_some() => Err(usage(anyhow!(
+            "{}: expected a file for --part, found a recording in memory; state the part where it is read",
+            path.display()
+        ))),
+        _ => Ok(given),
+    }
 }
 
 /// What a person states of the scale of a file.

@@ -15,6 +15,10 @@ from . import _arrays
 from ._errors import UsageError, Warning
 from ._piezotact import RecordingData
 
+#: A file, or a result that wrote one.
+Path = Union[str, "os.PathLike[str]"]
+#: A value with its unit, a name; a number; the two ends of a band.
+Text = Union[str, float, "tuple[float, float]"]
 #: One row of samples, or channels by their names.
 Arrays = Union[npt.ArrayLike, Mapping[str, npt.ArrayLike]]
 #: The unit of all channels, or of each by its name.
@@ -22,6 +26,10 @@ Unit = Union[str, Mapping[str, Union[str, None]], None]
 
 #: What the channel of one array is called.
 ONLY_CHANNEL = "signal"
+
+
+#: A file, a recording, one array of samples, or arrays by the names of their channels.
+Data = Union[Path, "Recording", Arrays]
 
 
 class Recording(Mapping[str, "npt.NDArray[np.float64]"]):

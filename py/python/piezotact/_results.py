@@ -6,10 +6,11 @@ import html
 import io
 import json
 import os
+import shutil
+import weakref
 from collections.abc import Iterator
 from pathlib import Path
-from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -77,6 +78,13 @@ def _is_number(value: Any) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
+class Folder:
+    """A temporary folder, which is removed when nobody has it any more, and at the end of the process."""
+
+    def __init__(self, path: str) -> None:
+        self._removed = weakref.finalize(self, shutil.rmtree, path, ignore_errors=True)
+
+
 class Result(Record):
     """What a command gave.
 
@@ -84,7 +92,9 @@ class Result(Record):
     that wrote a file stands for it wherever a path is expected.
     """
 
-    def __init__(self, called: Called, files: dict[str, str], folder: TemporaryDirectory[str] | None = None) -> None:
+    SCHEMA: ClassVar[str] = ""
+
+    def __init__(self, called: Called, files: dict[str, str], folder: Folder | None = None) -> None:
         super().__init__(json.loads(called.document or "{}"))
         self._called = called
         self._files = files

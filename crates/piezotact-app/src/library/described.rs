@@ -79,7 +79,7 @@ fn describe(command: &Command, within: &str, found: &mut Vec<CommandDescription>
         return;
     }
     let is_own = |argument: &&Arg| {
-        !argument.is_hide_set() && matches!(
+        !argument.is_hide_set() && !argument.is_global_set() && matches!(
             argument.get_action(),
             ArgAction::Set | ArgAction::Append | ArgAction::SetTrue
         )
