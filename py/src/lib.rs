@@ -42,6 +42,13 @@ fn commands() -> PyResult<String> {
     serde_json::to_string(&library::commands()).map_err(errors::internal)
 }
 
+/// The transfer function in the file at `path`, of any format that is read, as JSON.
+#[pyfunction]
+fn transfer_function(py: Python<'_>, path: PathBuf) -> PyResult<String> {
+    let found = watched::run(py, move || library::transfer_function(&path))?;
+    found.map_err(|error| errors::raised(py, &error))
+}
+
 #[pymodule]
 fn _piezotact(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
@@ -49,5 +56,6 @@ fn _piezotact(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<Called>()?;
     module.add_function(wrap_pyfunction!(program, module)?)?;
     module.add_function(wrap_pyfunction!(call, module)?)?;
-    module.add_function(wrap_pyfunction!(commands, module)?)
+    module.add_function(wrap_pyfunction!(commands, module)?)?;
+    module.add_function(wrap_pyfunction!(transfer_function, module)?)
 }

@@ -25,9 +25,9 @@ NAMES = ["spectrum", "noise", "strokes", "cut", "compare", "score", "transfer", 
 
 def array(dice: random.Random) -> Any:
     """An array of some type, shape and content."""
-    count = dice.choice([0, 1, 2, 7, 64, 300, 5000])
+    count = dice.choice([0, 1, 2, 7, 64, 300, 5000, 5000, 5000])
     values: Any = np.array([dice.gauss(0, 50) for _ in range(count)])
-    values = values.astype(dice.choice(["f8", "f8", "f8", *DTYPES]))
+    values = values.astype(dice.choice(["f8", "f8", "f4", ">f8", "<i4", *DTYPES]) if dice.random() < 0.7 else "f8")
     if dice.random() < 0.1 and values.dtype.kind == "f" and count:
         values[dice.randrange(count)] = dice.choice([np.nan, np.inf, 1e200 if values.dtype.itemsize == 8 else 1e4])
     if dice.random() < 0.2:
@@ -38,24 +38,25 @@ def array(dice: random.Random) -> Any:
 
 
 def value(dice: random.Random) -> Any:
-    if dice.random() < 0.4:
+    if dice.random() < 0.2:
         return dice.choice(ODD)
-    if dice.random() < 0.5:
+    if dice.random() < 0.8:
         return array(dice)
     return {dice.choice(["acc", "fz", "drive", "", 3]): array(dice) for _ in range(dice.randrange(3))}
 
 
 def one_call(dice: random.Random, arguments: dict[str, list[str]]) -> None:
-    name = dice.choice(NAMES)
+    name = dice.choice(NAMES if dice.random() < 0.5 else ["spectrum", "noise", "recording", "score"])
     function = getattr(pz, name)
     required, optional = arguments[name + ":required"], arguments[name]
     named = {one: value(dice) for one in required}
-    for one in dice.sample(optional, min(len(optional), dice.randrange(4))):
-        named[one] = dice.choice(ODD)
-    if "rate" in optional and dice.random() < 0.7:
-        named["rate"] = dice.choice([5000.0, 48000, 1e-3, 1e12, 100])
-        if "unit" in optional or name == "recording":
-            named["unit"] = dice.choice(["m/s2", "g", "N", "1", None, {"acc": "m/s2"}])
+    if dice.random() < 0.6:
+        for one in dice.sample(optional, min(len(optional), dice.randrange(1, 4))):
+            named[one] = dice.choice(ODD)
+    if ("rate" in optional or "rate" in required) and dice.random() < 0.9:
+        named["rate"] = dice.choice([5000.0, 5000.0, 48000, 1e-3, 1e12, 100])
+        if "unit" in optional:
+            named["unit"] = dice.choice(["m/s2", "m/s2", "g", "N", "1", None, {"acc": "m/s2"}])
     function(**named)
 
 

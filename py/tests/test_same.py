@@ -122,7 +122,7 @@ def test_slices_strides_and_dtypes_are_the_same_as_their_copies(data: Path) -> N
 def unaligned(array: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
     """The same numbers at an address that no processor likes."""
     buffer = np.zeros(array.nbytes + 1, dtype=np.uint8)
-    moved = buffer[1:].view(array.dtype)
+    moved: np.ndarray[Any, Any] = buffer[1:].view(array.dtype)
     moved[:] = array
     assert not moved.flags.aligned or array.dtype.itemsize == 1
     return moved

@@ -15,7 +15,7 @@ use piezotact::quantity::SampleRate;
 use piezotact::recording::Condition;
 use piezotact::warning::{Merged, merged};
 use piezotact_dataset::reads::apart;
-use piezotact_dataset::{ArrayChannel, Contents, recording_of_arrays};
+use piezotact_dataset::{ArrayChannel, Contents, read_transfer, recording_of_arrays};
 use serde_json::Value;
 
 pub use described::{Argument, ArgumentKind, CommandDescription, commands};
@@ -132,6 +132,16 @@ pub fn warnings(contents: &Contents) -> Vec<Warning> {
     let limit = reading::drive_limit(contents.setup.as_ref());
     about.add_warnings(warnings_of(&contents.recording, limit));
     about.warnings
+}
+
+/// The transfer function in the file at `path`, of any format that is read, as the JSON that is written of it.
+///
+/// # Errors
+/// What a command says of the file.
+pub fn transfer_function(path: &Path) -> Result<String, CallError> {
+    let found = apart(|| read_transfer(path));
+    let found = found.map_err(|wrong| error(Failure::Data(wrong.into())))?;
+    serde_json::to_string(&found).map_err(|wrong| error(Failure::Data(wrong.into())))
 }
 
 /// The recording of arrays, as commands have it of a file. The samples of each of the `channels` are in its unit; `name` is what messages

@@ -16,7 +16,7 @@ from ._errors import DataError, Error, UsageError, Warning
 from ._functions import *  # noqa: F403, the list is that of the module
 from ._piezotact import __version__
 from ._recording import Recording, read, recording
-from ._results import Record, Result
+from ._results import Record, Result, TransferFunction, read_transfer
 
 __all__ = [
     "DataError",
@@ -24,10 +24,12 @@ __all__ = [
     "Record",
     "Recording",
     "Result",
+    "TransferFunction",
     "UsageError",
     "Warning",
     "__version__",
     "read",
+    "read_transfer",
     "recording",
     *_functions.__all__,
 ]

@@ -47,7 +47,7 @@ def samples(values: Any, what: str) -> npt.NDArray[np.float64]:
     if array.size == 0:
         raise DataError(f"{what}: expected samples, found none")
     if isinstance(values, np.ma.MaskedArray) and np.ma.is_masked(values):
-        masked = int(np.ma.count_masked(values))
+        masked = int(np.ma.getmaskarray(values).sum())
         raise DataError(f"{what}: expected samples without gaps, found {masked} masked; cut that part")
     return np.require(array, np.float64, ["C", "A"])
 

@@ -1,14 +1,19 @@
 from collections.abc import Sequence
+from typing import final
 
 import numpy as np
 import numpy.typing as npt
+
+__all__ = ["Called", "RecordingData", "__version__", "call", "commands", "program", "transfer_function"]
 
 __version__: str
 
 def program(words: Sequence[str], again: Sequence[str]) -> int: ...
 def call(words: Sequence[str], given: Sequence[tuple[str, RecordingData]]) -> Called: ...
 def commands() -> str: ...
+def transfer_function(path: str) -> str: ...
 
+@final
 class RecordingData:
     @staticmethod
     def read(path: str, scale: Sequence[str], rate_hz: float | None, part: int | None) -> RecordingData: ...
@@ -34,6 +39,7 @@ class RecordingData:
     @property
     def warnings(self) -> list[tuple[str, str]]: ...
 
+@final
 class Called:
     @property
     def document(self) -> str | None: ...

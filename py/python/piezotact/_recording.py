@@ -253,7 +253,7 @@ def _condition(condition: Mapping[str, Any] | None) -> str:
 
 
 def _units(channels: Mapping[str, Any], unit: Unit, name: str) -> dict[str, str | None]:
-    units = dict(unit) if isinstance(unit, Mapping) else dict.fromkeys(channels, unit)
+    units: dict[str, str | None] = dict(unit) if isinstance(unit, Mapping) else {channel: unit for channel in channels}
     unknown = [channel for channel in units if channel not in channels]
     if unknown:
         raise UsageError(f"{name}: expected units of the channels {', '.join(channels)}, found one of {unknown[0]!r}")

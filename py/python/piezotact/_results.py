@@ -9,13 +9,15 @@ import os
 import shutil
 import weakref
 from collections.abc import Iterator
+from importlib import import_module
 from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
+import numpy.typing as npt
 
 from ._errors import UsageError, Warning
-from ._piezotact import Called
+from ._piezotact import Called, transfer_function
 from ._recording import Recording, read
 
 
@@ -38,7 +40,7 @@ class Record:
             self._shown[name] = shown(self._fields[name])
         return self._shown[name]
 
-    def __dir__(self) -> Iterator[str]:  # type: ignore[override]
+    def __dir__(self) -> Iterator[str]:
         yield from super().__dir__()
         yield from self._fields
 
@@ -46,7 +48,7 @@ class Record:
         return f"<{type(self).__name__}: {', '.join(self._fields)}>"
 
     def __eq__(self, other: object) -> bool:
-        return type(other) is type(self) and other._fields == self._fields  # type: ignore[attr-defined]
+        return type(other) is type(self) and other._fields == self._fields
 
     __hash__ = None  # type: ignore[assignment]
 
@@ -130,6 +132,10 @@ class Result(Record):
         """The recording that was written: the texture, the drive or what was measured."""
         return read(self._files.get("record") or os.fspath(self))
 
+    def function(self) -> TransferFunction:
+        """The transfer function that was written."""
+        return read_transfer(os.fspath(self))
+
     def to_dict(self) -> dict[str, Any]:
         """The document that the command prints with ``--json``, equal to the last bit."""
         document: dict[str, Any] = json.loads(self._called.document or "{}")
@@ -144,21 +150,18 @@ class Result(Record):
 
     def to_pandas(self) -> Any:
         """The table as a ``pandas.DataFrame``."""
-        import pandas
-
+        pandas: Any = import_module("pandas")
         return pandas.read_csv(io.StringIO(self.to_csv()), float_precision="round_trip")
 
     def to_polars(self) -> Any:
         """The table as a ``polars.DataFrame``."""
-        import polars
-
+        polars: Any = import_module("polars")
         return polars.read_csv(io.StringIO(self.to_csv()), infer_schema_length=None)
 
     def to_arrow(self) -> Any:
         """The table as a ``pyarrow.Table``."""
-        import pyarrow.csv
-
-        return pyarrow.csv.read_csv(io.BytesIO(self.to_csv().encode()))
+        reader: Any = import_module("pyarrow.csv")
+        return reader.read_csv(io.BytesIO(self.to_csv().encode()))
 
     def to_html(self) -> str:
         """The report as one HTML file without anything beside it."""
@@ -191,6 +194,56 @@ class Result(Record):
 
     def __reduce__(self) -> Any:
         return _again, (type(self), self._called.to_json(), dict(self._files))
+
+
+class TransferFunction(Record):
+    """A transfer function: `frequency_hz`, `response`, `coherence`, its units, how it was estimated and measured."""
+
+    def __init__(self, fields: dict[str, Any], path: str) -> None:
+        super().__init__(fields)
+        self._path = path
+
+    @property
+    def response(self) -> npt.NDArray[np.complex128]:
+        """Response ÷ drive of each line, in `response_unit` / `drive_unit`."""
+        response = np.empty(len(self._fields["real"]), dtype=np.complex128)
+        response.real, response.imag = self.real, self.imaginary
+        return response
+
+    @property
+    def warnings(self) -> list[Warning]:
+        """What a person should know before relying on it."""
+        return [Warning(one["text"], one["code"]) for one in self._fields["warnings"]]
+
+    def __fspath__(self) -> str:
+        return self._path
+
+
+def read_transfer(path: str | os.PathLike[str]) -> TransferFunction:
+    """Reads a transfer function from a file of any format that the command reads: JSON of this program, UFF, MAT.
+
+    Parameters
+    ----------
+    path : path
+        The file, or a result that wrote one.
+
+    Returns
+    -------
+    TransferFunction
+
+    Raises
+    ------
+    Error
+        What was expected of the file and what was found.
+
+    Notes
+    -----
+    Source: ``piezotact info``.
+    """
+    name = os.fspath(path)
+    if not isinstance(name, str):
+        raise UsageError(f"path: expected a str or a path, found {type(path).__name__}")
+    return TransferFunction(json.loads(transfer_function(name)), name)
 
 
 def _again(kind: type[Result], called: str, files: dict[str, str]) -> Result:
