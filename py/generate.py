@@ -57,10 +57,19 @@ FUNCTIONS = [
     Function("play", "play", {"Played": "play"}, outputs={"record": "measured.parquet"}),
     Function("verify", "verify", {"Verification": "verify"}, data=("target", "measured", "also")),
     Function("score", "score", {"Score": "score"}, data=("reference", "test")),
+    Function("manipulate", "manipulate", {"Manipulated": "manipulate"}, data=("input",), outputs={"out": "texture.wav"}),
+    Function("prepare", "prepare", {"Prepared": "prepare", "PreparedStimuli": "prepare_stimuli"}, outputs={"out": "prepared"}),
+    Function("panel_run", "panel run", {"PanelRun": "panel_run"}, outputs={"out": "panel"}),
+    Function("panel_analyse", "panel analyse", {"PanelAnalysis": "panel_analysis"}),
+    Function("panel_average", "panel average", {"PanelAverage": "panel_average"}, outputs={"out": "transfer.json"}),
+    Function("eeg_erd", "eeg erd", {"EegErd": "eeg_erd"}),
+    Function("eeg_stats", "eeg stats", {"EegStats": "eeg_stats"}),
     Function("answers", "answers", {"Answers": "association"}),
     Function("twin_record", "twin record", {"TwinRecording": "twin_record"}, outputs={"out": "recording.parquet"}),
 ]
 
+#: What every result has of its own; `warnings` are those of its document.
+TAKEN = ["ended", "said", "files", "recording", "function", "report", "to_dict", "to_csv", "to_columns", "to_html"]
 #: Arguments that no function has: results are no text.
 NEVER = {"json", "date", "force"}
 #: Those that have a meaning of their own beside a file: `rate` of an array is its sampling rate.
@@ -72,8 +81,11 @@ MODULES = {
     "_look": ("Look at signals and surfaces.", ["spectrum", "noise", "roughness"]),
     "_touch": ("Strokes of a finger over a surface.", ["strokes", "cut", "compare"]),
     "_device": ("Know a device.", ["transfer", "characterise"]),
-    "_render": ("Drives that make a finger feel a texture, and how close they come.", ["render", "play", "verify"]),
-    "_people": ("What people can tell apart, and what they answered.", ["score", "answers"]),
+    "_panel": ("Transfer functions of several people.", ["panel_run", "panel_analyse", "panel_average"]),
+    "_render": ("Drives that make a finger feel a texture.", ["manipulate", "render", "prepare"]),
+    "_verify": ("How close a rendering comes.", ["play", "verify", "score"]),
+    "_people": ("What people answered.", ["answers"]),
+    "_eeg": ("EEG during touch.", ["eeg_erd", "eeg_stats"]),
     "_twin": ("Recordings of the digital twin.", ["twin_record"]),
 }
 WRITTEN = "Written by ``generate.py``; do not edit."
@@ -139,6 +151,8 @@ def result_class(name: str, schema_name: str, function: str) -> str:
     """A class whose attributes are the fields of a document."""
     schema = json.loads((SCHEMAS / f"{schema_name}.json").read_text(encoding="utf-8"))
     about = one_line(schema.get("description", "")) or f"Result of `{function}`."
+    taken = set(schema.get("properties", {})) & set(TAKEN)
+    assert not taken, f"{schema_name}: a result has {taken} of its own"
     lines = [f"class {name}(Result):", *docstring([about, "", f"Fields: ``docs/schemas/{schema_name}.json``."], 4), "", f'    SCHEMA: ClassVar[str] = "{schema_name}"']
     fields = schema.get("properties", {})
     for key in sorted(fields):
@@ -192,11 +206,14 @@ def function_text(function: Function, described: dict[str, Any]) -> str:
     arguments = [
         argument
         for argument in described["arguments"]
-        if argument["name"] not in NEVER and argument["name"] not in function.without
+        if argument["name"] not in NEVER and argument["name"] not in function.without and not argument["is_operation"]
     ]
+    operations = [argument for argument in described["arguments"] if argument["is_operation"]]
     required = [one for one in arguments if is_required(one, function)]
     optional = [one for one in arguments if not is_required(one, function)]
     signature = [f"    {called(one)}: {type_of(one, function)}," for one in required]
+    if operations:
+        signature.append("    operations: Sequence[str | tuple[str, Path | Text]],")
     signature.append("    *,")
     if function.data:
         if all(one["name"] != "rate" for one in optional):
@@ -219,7 +236,7 @@ def function_text(function: Function, described: dict[str, Any]) -> str:
         f"def {function.name}(",
         *signature,
         f") -> {returns}:",
-        *docstring(doc(function, described, required, optional), 4),
+        *docstring(doc(function, described, required, optional, operations), 4),
         body,
     ]
     return "\n".join(text)
@@ -230,7 +247,7 @@ def is_required(argument: dict[str, Any], function: Function) -> bool:
 
 
 def called(argument: dict[str, Any]) -> str:
-    name: str = argument["name"]
+    name: str = argument["name"].replace("-", "_")
     return f"{name}_" if keyword.iskeyword(name) else name
 
 
@@ -252,11 +269,22 @@ def default_of(argument: dict[str, Any]) -> str:
     return " = False" if argument["kind"] == "flag" else " | None = None"
 
 
-def doc(function: Function, described: dict[str, Any], required: list[dict[str, Any]], optional: list[dict[str, Any]]) -> list[str]:
+def doc(
+    function: Function,
+    described: dict[str, Any],
+    required: list[dict[str, Any]],
+    optional: list[dict[str, Any]],
+    operations: list[dict[str, Any]],
+) -> list[str]:
     lines = [in_python(function.about or described["about"], described), "", "Parameters", "----------"]
     has_rate = any(one["name"] == "rate" for one in optional)
     for one in required:
         lines += parameter(one, function, described)
+    if operations:
+        lines += ["operations : list of str or (str, value)", "    What is done, in this order:"]
+        for one in operations:
+            value = f" ({one['value']})" if one["value"] and one["kind"] != "flag" else ""
+            lines.append(f"    ``{called(one)}``{value}: {in_python(one['help'], described)}")
     if function.data:
         if not has_rate:
             lines += ["rate : float, optional", "    The sampling rate of an array, in Hz."]

@@ -36,6 +36,7 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
     made(folder, "characterise", "--bench", "twin:participant=4,seed=7", "--seconds", "6", "--record", "bench.parquet", "--out", "tf.json")
     made(folder, "render", "texture.wav", "--transfer", "tf.json", "--level", "fit", "--out", "drive.wav")
     made(folder, "play", "drive.wav", "--bench", "twin:participant=4,seed=7", "--record", "measured.parquet")
+    made(folder, "twin", "record", "--bench", "eeg", "--task", "natural", "--participant", "1", "--seed", "7", "--trials", "10", "--out", "P01_natural.vhdr")
     answers = ["participant,task,trial,presented,answered"]
     answers += [f"P{n},task,{n * 4 + i},S{i},S{(i * n) % 4}" for n in range(1, 7) for i in range(4)]
     (folder / "answers.csv").write_text("\n".join(answers) + "\n", encoding="utf-8")

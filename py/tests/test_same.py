@@ -33,6 +33,13 @@ CALLS: list[tuple[str, tuple[Any, ...], dict[str, Any]]] = [
     ("score", ("texture.wav", "measured.parquet"), {}),
     ("score", ("S8.parquet", "S1.parquet"), {"band": (20, 500)}),
     ("answers", ("answers.csv",), {}),
+    ("manipulate", ("S8.parquet", [("gain", "-3dB"), ("tilt", "3dB/oct@200Hz"), ("gain", "1dB")]), {"stroke": 2, "out": "soft.wav"}),
+    ("manipulate", ("texture.wav", [("tilt", "3dB/oct@200Hz"), "randomise_phases"]), {"seed": 7, "out": "phases.wav"}),
+    ("prepare", (["S8.parquet", "S1.parquet"],), {"transfer": "tf.json", "bench": FIRST, "out": "prepared"}),
+    ("panel_run", (), {"bench": "twin:seed=7", "participants": "1..3", "loads": [0.2], "angles": [20], "repeats": 1, "seconds": 3.0, "out": "panel"}),
+    ("panel_analyse", ("panel",), {}),
+    ("panel_average", ("panel",), {"out": "average.json"}),
+    ("eeg_erd", ("P01_natural.vhdr",), {"participant": "P01", "task": "natural", "event": "natural", "eog": "VEOG,HEOG", "reject_above": 150.0}),
     ("twin_record", (), {"bench": "acttouch", "sample": "S3", "participant": 4, "speed": "30mm/s", "strokes": 2, "seed": 1, "out": "S3.parquet"}),
 ]
 
@@ -138,3 +145,69 @@ def test_attributes_are_the_fields_of_the_document(data: Path) -> None:
         found.psd[0] = 1
     with pytest.raises(AttributeError, match="it has .*psd"):
         _ = found.density
+
+
+@pytest.mark.filterwarnings("ignore::piezotact.Warning")
+def test_the_table_is_that_of_the_command(data: Path, tmp_path: Path) -> None:
+    table = tmp_path / "strokes.csv"
+    found = pz.strokes([data / "S8.parquet", data / "S1.parquet"], by="sample", csv=table)
+    assert found.to_csv() == table.read_text(encoding="utf-8")
+    columns = found.to_columns()
+    assert len(columns["stroke"]) == 12 and all(isinstance(one, int) for one in columns["stroke"])
+    assert found.to_pandas().to_dict("list").keys() == columns.keys()
+    numbers = [name for name, values in columns.items() if all(isinstance(one, float) and one == one for one in values)]
+    assert len(numbers) > 5
+    for name in numbers:
+        assert found.to_arrow()[name].to_pylist() == columns[name] == found.to_pandas()[name].tolist()
+    # Numbers are whole in the table: those of the document.
+    first = found.to_dict()["recordings"][0]["strokes"][0]
+    assert any(columns[name][0] in first.values() for name in numbers), first
+
+
+@pytest.mark.filterwarnings("ignore::piezotact.Warning")
+def test_a_report_is_that_of_the_command(data: Path, tmp_path: Path) -> None:
+    own = tmp_path / "own.html"
+    found = pz.spectrum(data / "texture.wav", report=own)
+    again = tmp_path / "again.html"
+    assert found.report(again) == again and found.report(again) == again
+    # The one of the command holds besides how it was made.
+    title = "<title>"
+    page, made = again.read_text(encoding="utf-8"), own.read_text(encoding="utf-8")
+    assert page.startswith("<!DOCTYPE html>") and title in page and "<svg" in page
+    assert made.startswith(page.split("</body>")[0][:2000]) and "rerun" in made and "rerun" not in page
+    again.write_text("notes of mine", encoding="utf-8")
+    with pytest.raises(pz.UsageError, match="exists already"):
+        found.report(again)
+    assert found.report(again, force=True).read_text(encoding="utf-8") == page
+    with pytest.raises(pz.UsageError, match="ends in .html"):
+        found.report(tmp_path / "report.pdf")
+    shown = found._repr_html_()
+    assert shown is not None and shown.startswith("<iframe srcdoc=")
+
+
+@pytest.mark.filterwarnings("ignore::piezotact.Warning")
+def test_what_is_written_to_a_temporary_folder_goes_with_the_result(data: Path) -> None:
+    import gc
+
+    measured = pz.transfer(data / "bench.parquet", drive="drive", response="acceleration")
+    place = measured.files["out"]
+    function = measured.function()
+    stored = json.loads(place.read_text(encoding="utf-8"))
+    assert function.response.real.tolist() == stored["real"] and function.response.imag.tolist() == stored["imaginary"]
+    assert function.frequency_hz.tolist() == stored["frequency_hz"]
+    rendered = pz.render(data / "texture.wav", transfer=measured, level="fit")
+    assert rendered.recording().units == {"drive": "FS"}
+    del measured
+    gc.collect()
+    assert not place.exists()
+
+
+def test_one_of_several_files_that_fails_is_said(data: Path, tmp_path: Path) -> None:
+    (tmp_path / "noise.csv").write_text("time (s),acc (m/s2)\n0,1\n", encoding="utf-8")
+    import warnings
+
+    with warnings.catch_warnings(record=True) as warned:
+        warnings.simplefilter("always")
+        found = pz.strokes([data / "S8.parquet", tmp_path / "noise.csv"])
+    assert found.ended == "done in part" and len(found.failed) == 1
+    assert any("noise.csv" in str(one.message) and one.category is pz.Warning for one in warned)

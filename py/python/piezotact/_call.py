@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from . import _piezotact
-from ._errors import UsageError
+from ._errors import UsageError, Warning
 from ._piezotact import Called, RecordingData
 from ._recording import Recording, data_of, warn
 from ._results import Folder, Result
@@ -59,12 +59,16 @@ def run(kinds: type[R] | tuple[type[R], ...], command: str, given: Mapping[str, 
         name = argument["name"]
         value = files.get(name, given.get(_keyword(name)))
         line.add(argument, value)
+    for operation in given.get("operations") or []:
+        line.operate(described["arguments"], operation)
     if any(argument["name"] == "json" for argument in described["arguments"]):
         line.options.append("--json")
     line.all_used()
     called = _piezotact.call(line.words(), list(line.data.items()))
     result = _kind(kinds, called)(called, files, kept)
     warn(result.warnings, 4)
+    if result.ended == "done in part":
+        warn([Warning(result.said[-1], "failed_files")], 4)
     return result
 
 
@@ -77,6 +81,7 @@ def _kind(kinds: type[R] | tuple[type[R], ...], called: Called) -> type[R]:
 
 def _keyword(name: str) -> str:
     """The name of an argument in Python."""
+    name = name.replace("-", "_")
     return f"{name}_" if name in {"from", "in", "with", "is", "as", "lambda", "import", "global", "class", "def", "return"} else name
 
 
@@ -120,7 +125,7 @@ class _Line:
     def add(self, argument: Mapping[str, Any], value: Any) -> None:
         """Adds an argument with its `value`."""
         name, kind = argument["name"], argument["kind"]
-        if value is None or value is False or argument["option"] == "json":
+        if value is None or value is False or argument["option"] == "json" or argument["is_operation"]:
             return
         if name == RATE and self._has_arrays:
             return
@@ -134,6 +139,21 @@ class _Line:
                 self.positional.append(word)
             else:
                 self.options.append(f"--{argument['option']}={word}")
+
+    def operate(self, arguments: Sequence[Mapping[str, Any]], operation: Any) -> None:
+        """Adds an operation: its name, or its name and its value."""
+        name, value = operation if isinstance(operation, tuple) and len(operation) == 2 else (operation, None)
+        known = {_keyword(one["name"]): one for one in arguments if one["is_operation"]}
+        argument = known.get(name.replace("-", "_")) if isinstance(name, str) else None
+        if argument is None:
+            raise UsageError(f"operations: expected one of {', '.join(known)}, found {name!r}")
+        if (argument["kind"] == "flag") != (value is None):
+            raise UsageError(f"{name}: expected {'no value' if value is not None else 'a value'}, as ('{name}', value)")
+        if value is None:
+            self.options.append(f"--{argument['option']}")
+        else:
+            word = os.fspath(value) if isinstance(value, os.PathLike) else _word(name, value)
+            self.options.append(f"--{argument['option']}={word}")
 
     def _words_of(self, argument: Mapping[str, Any], value: Any) -> list[str]:
         name, kind = argument["name"], argument["kind"]

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import csv
 import html
 import io
 import json
+import math
 import os
 import shutil
 import weakref
@@ -148,20 +150,22 @@ class Result(Record):
             raise UsageError(f"{type(self).__name__} has no table; to_dict() has all of it")
         return table
 
+    def to_columns(self) -> dict[str, list[Any]]:
+        """The table by its columns, which are of integers, of floats or of texts; what is empty is None, in a column of floats NaN."""
+        header, *rows = csv.reader(io.StringIO(self.to_csv()))
+        return {name: _column([row[at] for row in rows]) for at, name in enumerate(header)}
+
     def to_pandas(self) -> Any:
         """The table as a ``pandas.DataFrame``."""
-        pandas: Any = import_module("pandas")
-        return pandas.read_csv(io.StringIO(self.to_csv()), float_precision="round_trip")
+        return import_module("pandas").DataFrame(self.to_columns())
 
     def to_polars(self) -> Any:
         """The table as a ``polars.DataFrame``."""
-        polars: Any = import_module("polars")
-        return polars.read_csv(io.StringIO(self.to_csv()), infer_schema_length=None)
+        return import_module("polars").DataFrame(self.to_columns())
 
     def to_arrow(self) -> Any:
         """The table as a ``pyarrow.Table``."""
-        reader: Any = import_module("pyarrow.csv")
-        return reader.read_csv(io.BytesIO(self.to_csv().encode()))
+        return import_module("pyarrow").table(self.to_columns())
 
     def to_html(self) -> str:
         """The report as one HTML file without anything beside it."""
@@ -194,6 +198,20 @@ class Result(Record):
 
     def __reduce__(self) -> Any:
         return _again, (type(self), self._called.to_json(), dict(self._files))
+
+
+def _column(cells: list[str]) -> list[Any]:
+    """The cells of a column of CSV as numbers, where all that are not empty are numbers."""
+    if not any(cells):
+        return [None] * len(cells)
+    try:
+        return [int(cell) for cell in cells]
+    except ValueError:
+        pass
+    try:
+        return [float(cell) if cell else math.nan for cell in cells]
+    except ValueError:
+        return [cell or None for cell in cells]
 
 
 class TransferFunction(Record):

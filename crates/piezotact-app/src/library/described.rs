@@ -5,6 +5,7 @@ use clap::{Arg, ArgAction, Command};
 use serde::Serialize;
 
 use crate::arguments::{is_output, is_path};
+use crate::cli::manipulate::OPERATIONS;
 
 /// A command.
 #[derive(Clone, Debug, Serialize)]
@@ -39,6 +40,8 @@ pub struct Argument {
     pub is_several: bool,
     /// Whether it names what the command writes.
     pub is_output: bool,
+    /// Whether it is done in its turn, after those of its kind that are given before it.
+    pub is_operation: bool,
 }
 
 /// The type of a value.
@@ -114,21 +117,27 @@ fn described(argument: &Arg) -> Argument {
             || argument.get_value_delimiter().is_some()
             || most > 1,
         is_output: is_output(argument),
+        is_operation: argument.get_help_heading() == Some(OPERATIONS),
     }
 }
 
 fn kind(argument: &Arg) -> ArgumentKind {
-    use std::any::TypeId;
-    let parsed = argument.get_value_parser().type_id();
     if matches!(argument.get_action(), ArgAction::SetTrue) {
         ArgumentKind::Flag
     } else if is_path(argument) {
         ArgumentKind::Path
-    } else if parsed == TypeId::of::<f64>() {
-        ArgumentKind::Number
-    } else if parsed == TypeId::of::<usize>() || parsed == TypeId::of::<u64>() || parsed == TypeId::of::<u32>() {
-        ArgumentKind::Integer
-    } else {
+    } else if !reads(argument, "3") || reads(argument, "3mm") {
+        // Numbers with a unit are texts, whatever becomes of them.
         ArgumentKind::Text
+    } else if reads(argument, "3.5") {
+        ArgumentKind::Number
+    } else {
+        ArgumentKind::Integer
     }
+}
+
+/// Whether `text` is a value of `argument`.
+fn reads(argument: &Arg, text: &str) -> bool {
+    let alone = Arg::new("value").value_parser(argument.get_value_parser().clone());
+    Command::new("command").arg(alone).try_get_matches_from(["command", text]).is_ok()
 }
