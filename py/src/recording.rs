@@ -109,7 +109,10 @@ impl RecordingData {
     }
 
     /// The samples of the channel of this number, as an array that cannot be written and that keeps the recording.
-    #[allow(unsafe_code, reason = "an array over memory of Rust is made by an unsafe function")]
+    #[allow(
+        unsafe_code,
+        reason = "an array over memory of Rust is made by an unsafe function"
+    )]
     fn samples<'py>(own: &Bound<'py, Self>, number: usize) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let channels = own.get().contents.recording.channels();
         let channel = channels

@@ -33,7 +33,9 @@ pub(crate) fn run<T: Send + 'static>(
         });
         match found {
             Ok(value) => return Ok(value),
-            Err(RecvTimeoutError::Timeout) => py.check_signals().inspect_err(|_| library::stop())?,
+            Err(RecvTimeoutError::Timeout) => {
+                py.check_signals().inspect_err(|_| library::stop())?
+            }
             Err(RecvTimeoutError::Disconnected) => {
                 return Err(errors::internal("it ended without a result"));
             }

@@ -44,6 +44,12 @@ def test_the_script_is_the_module() -> None:
     assert done.stdout == f"piezotact {pz.__version__}\n"
 
 
+def test_the_demo(tmp_path: Path) -> None:
+    done = command("demo", "--out", "demo", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "demo" / "report.html").exists()
+
+
 def test_it_runs_itself_again(data: Path) -> None:
     done = command("spectrum", "texture.wav", "--report", "rerun.html", "--force", cwd=data)
     assert done.returncode == 0, done.stderr

@@ -184,13 +184,18 @@ pub fn text(page: &Page) -> Result<String, CallError> {
 /// Where it cannot be written.
 pub fn csv(page: &Page) -> Result<Option<String>, CallError> {
     let table = page.csv_table().map(piezotact_report::report::csv);
-    table.transpose().map_err(|drawing| error(Failure::Data(drawing.into())))
+    table
+        .transpose()
+        .map_err(|drawing| error(Failure::Data(drawing.into())))
 }
 
 /// `warnings` as commands say them, those of one kind once.
 #[must_use]
 pub fn said(warnings: &[Warning]) -> Vec<Said> {
-    merged(warnings).iter().map(|one| said_one("", one)).collect()
+    merged(warnings)
+        .iter()
+        .map(|one| said_one("", one))
+        .collect()
 }
 
 /// Stops the run on a bench that is played or acquired now, if there is one: it ends in order, and what was acquired is kept.
@@ -230,10 +235,9 @@ fn error(failure: Failure) -> CallError {
         Failure::Words(error) => (ErrorKind::Usage, error.render().to_string()),
         Failure::Data(error) => (ErrorKind::Data, sentence(&error)),
         // Verdicts are results.
-        Failure::NotPassed
-        | Failure::PassedInPart
-        | Failure::NotDecided
-        | Failure::ReaderGone => (ErrorKind::Data, String::new()),
+        Failure::NotPassed | Failure::PassedInPart | Failure::NotDecided | Failure::ReaderGone => {
+            (ErrorKind::Data, String::new())
+        }
     };
     CallError { kind, sentence }
 }

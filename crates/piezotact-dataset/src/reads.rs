@@ -249,7 +249,11 @@ mod tests {
             inputs(|_| false)
         });
         assert_eq!(within.len(), 1, "{within:?}");
-        assert!(inputs(|path| !path.ends_with("own")).iter().any(|input| input.path.starts_with(&here)));
+        assert!(
+            inputs(|path| !path.ends_with("own"))
+                .iter()
+                .any(|input| input.path.starts_with(&here))
+        );
         assert_eq!(sha256(b"abc"), ABC);
         assert_eq!(super::found(&path("abc.before-1")), abc);
     }

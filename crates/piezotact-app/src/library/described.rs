@@ -82,14 +82,19 @@ fn describe(command: &Command, within: &str, found: &mut Vec<CommandDescription>
         return;
     }
     let is_own = |argument: &&Arg| {
-        !argument.is_hide_set() && !argument.is_global_set() && matches!(
-            argument.get_action(),
-            ArgAction::Set | ArgAction::Append | ArgAction::SetTrue
-        )
+        !argument.is_hide_set()
+            && !argument.is_global_set()
+            && matches!(
+                argument.get_action(),
+                ArgAction::Set | ArgAction::Append | ArgAction::SetTrue
+            )
     };
     let arguments = command.get_arguments().filter(is_own);
     found.push(CommandDescription {
-        about: command.get_about().map(ToString::to_string).unwrap_or_default(),
+        about: command
+            .get_about()
+            .map(ToString::to_string)
+            .unwrap_or_default(),
         arguments: arguments.map(described).collect(),
         name,
     });
@@ -97,19 +102,30 @@ fn describe(command: &Command, within: &str, found: &mut Vec<CommandDescription>
 
 fn described(argument: &Arg) -> Argument {
     let help = argument.get_long_help().or_else(|| argument.get_help());
-    let defaults: Vec<_> = argument.get_default_values().iter().map(|value| value.to_string_lossy()).collect();
-    let most = argument.get_num_args().map_or(1, |range| range.max_values());
+    let defaults: Vec<_> = argument
+        .get_default_values()
+        .iter()
+        .map(|value| value.to_string_lossy())
+        .collect();
+    let most = argument
+        .get_num_args()
+        .map_or(1, |range| range.max_values());
     let possible = argument.get_possible_values();
     let kind = kind(argument);
     Argument {
         name: argument.get_id().to_string(),
         option: argument.get_long().map(str::to_owned),
         help: help.map(ToString::to_string).unwrap_or_default(),
-        value: (argument.get_value_names().and_then(|names| names.first())).map(ToString::to_string),
+        value: (argument.get_value_names().and_then(|names| names.first()))
+            .map(ToString::to_string),
         default: (kind != ArgumentKind::Flag && !defaults.is_empty()).then(|| defaults.join(" ")),
         choices: match kind {
             ArgumentKind::Flag => Vec::new(),
-            _ => possible.iter().map(PossibleValue::get_name).map(str::to_owned).collect(),
+            _ => possible
+                .iter()
+                .map(PossibleValue::get_name)
+                .map(str::to_owned)
+                .collect(),
         },
         kind,
         is_required: argument.is_required_set(),
@@ -139,5 +155,8 @@ fn kind(argument: &Arg) -> ArgumentKind {
 /// Whether `text` is a value of `argument`.
 fn reads(argument: &Arg, text: &str) -> bool {
     let alone = Arg::new("value").value_parser(argument.get_value_parser().clone());
-    Command::new("command").arg(alone).try_get_matches_from(["command", text]).is_ok()
+    Command::new("command")
+        .arg(alone)
+        .try_get_matches_from(["command", text])
+        .is_ok()
 }

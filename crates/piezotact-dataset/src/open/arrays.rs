@@ -82,15 +82,26 @@ mod tests {
         let found: Vec<(String, f64)> = found
             .map(|channel| (channel.unit.to_string(), channel.samples[1]))
             .collect();
-        let expected = [("m/s²", 19.6133), ("N", 0.004), ("FS", -0.5), ("no unit", 4.0)];
-        assert_eq!(found, expected.map(|(unit, value)| (unit.to_owned(), value)));
+        let expected = [
+            ("m/s²", 19.6133),
+            ("N", 0.004),
+            ("FS", -0.5),
+            ("no unit", 4.0),
+        ];
+        assert_eq!(
+            found,
+            expected.map(|(unit, value)| (unit.to_owned(), value))
+        );
         assert_eq!(recording.about.provenance.source, "array");
     }
 
     #[test]
     fn arrays_that_make_no_recording_are_refused_with_what_was_found() {
         for (channels, expected) in [
-            (&[("a", None, &[1.0, f64::NAN][..])][..], "found NaN at sample 1"),
+            (
+                &[("a", None, &[1.0, f64::NAN][..])][..],
+                "found NaN at sample 1",
+            ),
             (&[("a", None, &[][..])], "expected samples, found none"),
             (&[], "channel"),
             (&[("a", None, &[1.0][..]), ("b", None, &[1.0, 2.0])], "`b`"),
