@@ -121,6 +121,20 @@ def test_a_recording_says_what_it_is() -> None:
 
 
 @pytest.mark.filterwarnings("ignore::piezotact.Warning")
+def test_a_table_of_pandas_is_channels_by_their_names() -> None:
+    pandas = pytest.importorskip("pandas")
+    table = pandas.DataFrame({"acc": sine(), "fz": np.cos(np.arange(5000)), "note": "rough"})
+    units = {"acc": "m/s2", "fz": "N"}
+    made = pz.recording(table[["acc", "fz"]], rate=RATE, unit=units)
+    assert made.units == {"acc": "m/s²", "fz": "N"} and (made["acc"] == sine()).all()
+    assert pz.spectrum(table["acc"], rate=RATE, unit="m/s2").psd.tolist() == pz.spectrum(sine(), rate=RATE, unit="m/s2").psd.tolist()
+    with pytest.raises(pz.UsageError, match=r"array, note: expected real numbers .* found (object|str)"):
+        pz.recording(table, rate=RATE, unit=units)
+    with pytest.raises(pz.UsageError, match="expected one row of samples"):
+        pz.spectrum(table.to_numpy()[:, :2].astype(float), rate=RATE, unit="m/s2")
+
+
+@pytest.mark.filterwarnings("ignore::piezotact.Warning")
 def test_what_python_does_with_an_array_later_changes_nothing() -> None:
     values = sine()
     made = pz.recording(values, rate=RATE, unit="m/s2")

@@ -72,6 +72,7 @@ def test_it_is_the_program_that_cargo_builds(data: Path, words: list[str]) -> No
     assert (wheel.returncode, wheel.stdout, wheel.stderr) == (program.returncode, program.stdout, program.stderr)
 
 
+@pytest.mark.filterwarnings("ignore::piezotact.Warning")
 def test_ctrl_c_ends_the_program_in_order(data: Path) -> None:
     words = ["twin", "record", "--bench", "acttouch", "--sample", "S8", "--participant", "4", "--strokes", "5000", "--seed", "2", "--out", "stopped.parquet"]
     running = subprocess.Popen(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import random
 import resource
 from pathlib import Path
@@ -11,7 +12,7 @@ import numpy as np
 import piezotact as pz
 import pytest
 
-COUNT = 2000
+COUNT = int(os.environ.get("PIEZOTACT_RANDOM_CALLS", "2000"))
 SEED = 1953
 
 ODD: list[Any] = [

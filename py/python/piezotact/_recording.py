@@ -169,7 +169,7 @@ def recording(
 
     Parameters
     ----------
-    channels : array_like of shape (n,), or dict of them
+    channels : array_like of shape (n,), dict of them, or DataFrame
         The samples of one channel, which is called ``signal``, or of channels by their names. They are copied once.
     rate : float
         The sampling rate, in Hz.
@@ -229,7 +229,7 @@ def data_of(
         raise UsageError(f"rate: expected a number in Hz, found {rate!r}")
     if not isinstance(name, str):
         raise UsageError(f"name: expected a text, found {name!r}")
-    named = dict(channels) if isinstance(channels, Mapping) else {ONLY_CHANNEL: channels}
+    named = _named(channels)
     for channel in named:
         if not isinstance(channel, str):
             raise UsageError(f"{name}: expected names of channels, found {channel!r}")
@@ -243,6 +243,15 @@ def data_of(
     if unknown:
         raise UsageError(f"condition: expected entries of a condition, found {', '.join(sorted(map(str, unknown)))}")
     return data
+
+
+def _named(channels: Any) -> dict[Any, Any]:
+    """Channels by their names: of a dict or a table of pandas or polars; one array is the only channel."""
+    if isinstance(channels, Mapping):
+        return dict(channels)
+    if hasattr(channels, "columns") and hasattr(channels, "__getitem__"):
+        return {name: channels[name] for name in channels.columns}
+    return {ONLY_CHANNEL: channels}
 
 
 def _condition(condition: Mapping[str, Any] | None) -> str:

@@ -1,19 +1,30 @@
 """The functions of the commands, and their results. Written by ``generate.py``; do not edit."""
 
 from ._device import Characterisation, Transfer, characterise, transfer
+from ._eeg import EegErd, EegStats, eeg_erd, eeg_stats
 from ._look import Noise, Roughness, RoughnessSet, Spectrum, noise, roughness, spectrum
-from ._people import Answers, Score, answers, score
-from ._render import Played, Rendering, Renderings, Verification, play, render, verify
+from ._panel import PanelAnalysis, PanelAverage, PanelRun, panel_analyse, panel_average, panel_run
+from ._people import Answers, answers
+from ._render import Manipulated, Prepared, PreparedStimuli, Rendering, Renderings, manipulate, prepare, render
 from ._touch import Comparison, Cuts, Strokes, compare, cut, strokes
 from ._twin import TwinRecording, twin_record
+from ._verify import Played, Score, Verification, play, score, verify
 
 __all__ = [
     "Answers",
     "Characterisation",
     "Comparison",
     "Cuts",
+    "EegErd",
+    "EegStats",
+    "Manipulated",
     "Noise",
+    "PanelAnalysis",
+    "PanelAverage",
+    "PanelRun",
     "Played",
+    "Prepared",
+    "PreparedStimuli",
     "Rendering",
     "Renderings",
     "Roughness",
@@ -28,8 +39,15 @@ __all__ = [
     "characterise",
     "compare",
     "cut",
+    "eeg_erd",
+    "eeg_stats",
+    "manipulate",
     "noise",
+    "panel_analyse",
+    "panel_average",
+    "panel_run",
     "play",
+    "prepare",
     "render",
     "roughness",
     "score",

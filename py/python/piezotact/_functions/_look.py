@@ -317,14 +317,14 @@ def roughness(
     files: Path | Sequence[Path],
     *,
     standard: Literal["iso4287", "iso21920"] | None = None,
-    cutoff: float | None = None,
+    cutoff: Text | None = None,
     periodic: bool = False,
     filter: Literal["gauss", "none"] | None = None,
     form: Text | None = None,
     s_filter: Text | None = None,
-    x_unit: float | None = None,
-    z_unit: float | None = None,
-    step: float | None = None,
+    x_unit: Text | None = None,
+    z_unit: Text | None = None,
+    step: Text | None = None,
     along: Text | None = None,
     report: Path | None = None,
     csv: Path | None = None,
@@ -342,7 +342,7 @@ def roughness(
         Profiles or height maps (SUR, X3P, AL3D, BCR, SDF, PLU, text); several are ordered by Ra.
     standard : {'iso4287', 'iso21920'}, optional
         The standard that defines the averages along a profile; default iso4287.
-    cutoff : float, optional
+    cutoff : str or number, optional
         The cut-off λc of a profile, such as 2.5mm; by default chosen by the rule of ISO 4288. On a height map, the
         nesting index of the L-filter; by default there is no L-filter.
     periodic : bool, optional
@@ -357,11 +357,11 @@ def roughness(
     s_filter : str or number, optional
         The S-filter, which removes short wavelengths: iso (λs of ISO 3274), none, or a length such as 8um. Default: iso
         for a profile and none for a height map.
-    x_unit : float, optional
+    x_unit : str or number, optional
         The unit of the coordinates in a text file without units, such as mm.
-    z_unit : float, optional
+    z_unit : str or number, optional
         The unit of the heights in a text file without units, such as um.
-    step : float, optional
+    step : str or number, optional
         The spacing of the points in a text file without coordinates, such as 0.5um.
     along : str or number, optional
         Also evaluates the lines of a height map along its rows (x) or columns (y) as profiles: Ra, Rz and Rq beside Sa,

@@ -1,77 +1,13 @@
-"""What people can tell apart, and what they answered. Written by ``generate.py``; do not edit."""
+"""What people answered. Written by ``generate.py``; do not edit."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, ClassVar, Literal
-
-import numpy as np
-import numpy.typing as npt
+from typing import ClassVar, Literal
 
 from .._call import run
-from .._recording import Data, Path, Text, Unit
+from .._recording import Path, Text
 from .._results import Record, Result
-
-
-class Score(Result):
-    """The perceptual distance of two recordings with its verdict, and further measures of their difference.
-
-    Fields: ``docs/schemas/score.json``.
-    """
-
-    SCHEMA: ClassVar[str] = "score"
-    #: The difference of the mean frequency of what is excited.
-    balance: Record
-    #: Third octaves.
-    bands: list[Record]
-    #: How it was computed.
-    config: Record
-    #: The criteria: the score re the just-noticeable difference and, for two realisations, re the distance between the
-    #: halves of one recording.
-    criteria: list[Record]
-    #: What of the two is compared.
-    extent: Any
-    #: Whether level or spectrum of one of the two change over time by more than chance explains.
-    is_nonstationary: bool | None
-    #: Where the just noticeable differences come from.
-    jnd_source: str
-    #: The difference of the overall level over threshold.
-    level: Record
-    #: 20·log10 of the rms of the test over that of the reference in the band, dB.
-    level_error_db: float
-    #: ST-SIM and SPQI, for comparison with the literature; not part of the score.
-    literature: Record | None
-    #: The spread of short-time levels of the reference and the test, dB; it is not part of the score.
-    modulation_db: npt.NDArray[np.float64] | None
-    #: How far they are apart over time and channels; absent where they are too short.
-    over_time: Record | None
-    #: The rate at which they were compared, Hz.
-    rate_hz: float
-    #: The mean frequency of what the reference excites, Hz.
-    reference_centroid_hz: float
-    #: The level of what the reference excites, dB re the detection threshold.
-    reference_sensation_db: float
-    #: The score, JND: the largest of the three differences below.
-    score: Record
-    #: The segments averaged, of the one that has fewer.
-    segments: int
-    #: One sentence that says whether a finger could tell A, the reference, from B, the test, by how much, and how.
-    sentence: str
-    #: The mean difference of the bands' levels, weighed by what they excite.
-    spectrum: Record
-    #: The spectra line by line.
-    spectrum_error: Record
-    #: The mean frequency of what the test excites, Hz.
-    test_centroid_hz: float
-    #: The level of what the test excites, dB re the detection threshold.
-    test_sensation_db: float
-    #: The verdict that follows from the criteria.
-    verdict: Any
-    version: int
-    #: How alike the waveforms are; it is not part of the score.
-    waveform: Record | None
-    #: How far the halves of the reference lie apart, and those of the test, JND; absent where they are too short.
-    within_jnd: npt.NDArray[np.float64] | None
 
 
 class Answers(Result):
@@ -111,109 +47,6 @@ class Answers(Result):
     version: int
     #: How many of them virtual volunteers gave.
     virtual_answers: int
-
-
-def score(
-    reference: Data,
-    test: Data,
-    *,
-    unit: Unit = None,
-    channel: Text | None = None,
-    test_channel: Text | None = None,
-    test_scale: Text | None = None,
-    band: Text | None = None,
-    jnd: float | None = None,
-    frequency_jnd: float | None = None,
-    contact_map: Path | None = None,
-    full_scale: Text | None = None,
-    curve: Literal["vibromaf", "mpeg"] | None = None,
-    scale: Text | Sequence[Text] | None = None,
-    rate: float | None = None,
-    part: int | None = None,
-    report: Path | None = None,
-    csv: Path | None = None,
-    figures: Path | None = None,
-    tables: Path | None = None,
-    columns: Literal["1", "2"] | None = None,
-    date: str | None = None,
-    force: bool = False,
-) -> Score:
-    """Estimates whether a person can discriminate two vibrations, in just-noticeable differences (JND).
-
-    Parameters
-    ----------
-    reference : path, Recording, array_like or dict of array_like
-        The reference: what should be felt.
-    test : path, Recording, array_like or dict of array_like
-        The vibration that is compared with A.
-    unit : str or dict of str, optional
-        The unit of an array, or of each channel by its name: ``"m/s2"``, ``"g"``, ``"N"``; ``"1"`` relative to full
-        scale.
-    channel : str or number, optional
-        The channel of A; optional if there is only one, or only one of acceleration.
-    test_channel : str or number, optional
-        The channel of B, if it differs from `channel`.
-    test_scale : str or number, optional
-        What the number 1 in B means, if it differs from `scale`.
-    band : str or number, optional
-        The band in which A and B are compared, in Hz. Default: 20..1000.
-    jnd : float, optional
-        The just-noticeable difference (JND) in level, in dB: smaller differences are not noticed; between it and 2.5
-        dB, the upper end of the published range, the result is not decided. Default: 1.58.
-    frequency_jnd : float, optional
-        The just-noticeable difference in frequency, as a fraction of the frequency. Default: 0.2.
-    contact_map : path, optional
-        The measured ratio of skin to nail vibration: a table of frequency (Hz) and skin over nail (dB, or ratio). By
-        default, skin and nail are assumed to move equally.
-    full_scale : str or number, optional
-        The full scale that ST-SIM and SPQI assume, which neither paper states. Default: 1 m/s2.
-    curve : {'vibromaf', 'mpeg'}, optional
-        The threshold curve of ST-SIM and SPQI. Default: vibromaf.
-    scale : str or number, or a list, optional
-        What the number 1 in the file means, such as "200 m/s2": for a WAV file (1 = full scale) without a sidecar
-        FILE.json, or for table columns without units that can be in it; "fz=N" or "fz=2 N" of one channel, as often as
-        needed.
-    rate : float, optional
-        The sampling rate of an array, in Hz. Of a file: the sampling rate, in Hz, of a table without a time column, or
-        the rate at which a haptic file is played (default: the rate of the HJIF curves, otherwise 8000).
-    part : int, optional
-        The part of a recording with gaps (EEG formats, XDF) that is read, from 1 on; default: the first, with a
-        warning.
-    report : path, optional
-        Writes a report: the conclusion, the numbers, tables, figures, and how it was made.
-    csv : path, optional
-        Writes the results as a table, with a row for each item.
-    figures : path, optional
-        Writes every figure of the report to this folder, as SVG; the full build (./x build) also writes PNG and PDF.
-    tables : path, optional
-        Writes every table of the report to this folder, as CSV.
-    columns : {'1', '2'}, optional
-        The width of `figures` in columns of a journal: 1 (85 mm) or 2 (174 mm, the default).
-    date : str, optional
-        The date that reports and documents carry, in UTC, such as 2026-03-01T10:22:33Z; default: now.
-    force : bool, optional
-        Replaces existing files that the command did not write before.
-
-    Returns
-    -------
-    Score
-        The document that the command prints with ``--json``, with its report.
-
-    Raises
-    ------
-    Error
-        What was expected and what was found, in the sentence of the command.
-
-    Warns
-    -----
-    Warning
-        What a person should know before relying on the result.
-
-    Notes
-    -----
-    Source: ``piezotact score``, ``docs/schemas/score.json``.
-    """
-    return run(Score, "score", locals(), data=("reference", "test"))
 
 
 def answers(

@@ -74,7 +74,7 @@ def strokes(
     touch: Literal["active", "passive"] | None = None,
     direction: Literal["proximal", "distal", "transversal", "circular"] | None = None,
     load: float | None = None,
-    speed: float | None = None,
+    speed: Text | None = None,
     vibration: Text | Sequence[Text] | None = None,
     normal_force: Text | None = None,
     tangential_force: Text | Sequence[Text] | None = None,
@@ -85,7 +85,7 @@ def strokes(
     rate: float | None = None,
     part: int | None = None,
     by: Text | None = None,
-    high_pass: Text | None = None,
+    high_pass: float | None = None,
     segment: int | None = None,
     ridge: Text | None = None,
     set: Path | None = None,
@@ -118,7 +118,7 @@ def strokes(
     load : float, optional
         The nominal normal force, in N; overrides what the recordings state. If it is stated nowhere, the thresholds are
         those for 0.2 N.
-    speed : float, optional
+    speed : str or number, optional
         The sliding speed, such as "30 mm/s"; overrides what the recordings state.
     vibration : str or number, or a list, optional
         The vibration channels, separated by commas.
@@ -145,7 +145,7 @@ def strokes(
     by : str or number, optional
         The grouping for the averages: sample, speed, participant, touch, load, direction, file, or a label of the
         recordings, such as a field of `meta`. Default: by sample if all recordings name one, otherwise by file.
-    high_pass : str or number, optional
+    high_pass : float, optional
         Cut-off, in Hz, of the high-pass filter that removes the movement of the hand (the gesture), or none. Default: 5
         Hz for accelerations, none for signals of another or an unknown quantity.
     segment : int, optional
@@ -200,7 +200,7 @@ def cut(
     touch: Literal["active", "passive"] | None = None,
     direction: Literal["proximal", "distal", "transversal", "circular"] | None = None,
     load: float | None = None,
-    speed: float | None = None,
+    speed: Text | None = None,
     vibration: Text | Sequence[Text] | None = None,
     normal_force: Text | None = None,
     tangential_force: Text | Sequence[Text] | None = None,
@@ -211,7 +211,7 @@ def cut(
     rate: float | None = None,
     part: int | None = None,
     write_cuts: Path | None = None,
-    high_pass: Text | None = None,
+    high_pass: float | None = None,
     segment: int | None = None,
     ridge: Text | None = None,
     set: Path | None = None,
@@ -244,7 +244,7 @@ def cut(
     load : float, optional
         The nominal normal force, in N; overrides what the recordings state. If it is stated nowhere, the thresholds are
         those for 0.2 N.
-    speed : float, optional
+    speed : str or number, optional
         The sliding speed, such as "30 mm/s"; overrides what the recordings state.
     vibration : str or number, or a list, optional
         The vibration channels, separated by commas.
@@ -270,7 +270,7 @@ def cut(
         warning.
     write_cuts : path, optional
         Writes the strokes and the rejected parts of one recording as a file of cuts that can be edited.
-    high_pass : str or number, optional
+    high_pass : float, optional
         Cut-off, in Hz, of the high-pass filter that removes the movement of the hand (the gesture), or none. Default: 5
         Hz for accelerations, none for signals of another or an unknown quantity.
     segment : int, optional
@@ -326,7 +326,7 @@ def compare(
     touch: Literal["active", "passive"] | None = None,
     direction: Literal["proximal", "distal", "transversal", "circular"] | None = None,
     load: float | None = None,
-    speed: float | None = None,
+    speed: Text | None = None,
     vibration: Text | Sequence[Text] | None = None,
     normal_force: Text | None = None,
     tangential_force: Text | Sequence[Text] | None = None,
@@ -339,7 +339,7 @@ def compare(
     jnd: float | None = None,
     frequency_jnd: float | None = None,
     contact_map: Path | None = None,
-    high_pass: Text | None = None,
+    high_pass: float | None = None,
     segment: int | None = None,
     ridge: Text | None = None,
     set: Path | None = None,
@@ -375,7 +375,7 @@ def compare(
     load : float, optional
         The nominal normal force, in N; overrides what the recordings state. If it is stated nowhere, the thresholds are
         those for 0.2 N.
-    speed : float, optional
+    speed : str or number, optional
         The sliding speed, such as "30 mm/s"; overrides what the recordings state.
     vibration : str or number, or a list, optional
         The vibration channels, separated by commas.
@@ -407,7 +407,7 @@ def compare(
     contact_map : path, optional
         The measured ratio of skin to nail vibration: a table of frequency (Hz) and skin over nail (dB, or ratio). By
         default, skin and nail are assumed to move equally.
-    high_pass : str or number, optional
+    high_pass : float, optional
         Cut-off, in Hz, of the high-pass filter that removes the movement of the hand (the gesture), or none. Default: 5
         Hz for accelerations, none for signals of another or an unknown quantity.
     segment : int, optional

@@ -28,9 +28,9 @@ def twin_record(
     participant: int | None = None,
     seed: int | None = None,
     twin: Path | None = None,
-    speed: float | None = None,
+    speed: Text | None = None,
     strokes: int | None = None,
-    stroke_time: float | None = None,
+    stroke_time: Text | None = None,
     direction: Literal["proximal", "distal", "transversal", "circular"] | None = None,
     free: bool = False,
     load: float | None = None,
@@ -63,11 +63,11 @@ def twin_record(
         Seed of the random participants, surfaces, movements and noise. Default: 1.
     twin : path, optional
         A laboratory's own parameter file, with the changed parameters only (see `piezotact twin parameters`).
-    speed : float, optional
+    speed : str or number, optional
         The nominal sliding speed; default 30 mm/s.
     strokes : int, optional
         The number of strokes; default 15 in active and 6 in passive touch.
-    stroke_time : float, optional
+    stroke_time : str or number, optional
         The nominal duration of each active stroke, such as 1s; default: as long as the plate allows.
     direction : {'proximal', 'distal', 'transversal', 'circular'}, optional
         The direction of active strokes. Default: proximal.
