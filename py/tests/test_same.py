@@ -213,5 +213,5 @@ def test_one_of_several_files_that_fails_is_said(data: Path, tmp_path: Path) -> 
     with warnings.catch_warnings(record=True) as warned:
         warnings.simplefilter("always")
         found = pz.strokes([data / "S8.parquet", tmp_path / "noise.csv"])
-    assert found.ended == "done in part" and len(found.failed) == 1
+    assert found.ended == "done in part" and found.failed is not None and len(found.failed) == 1
     assert any("noise.csv" in str(one.message) and one.category is pz.Warning for one in warned)

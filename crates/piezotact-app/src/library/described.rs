@@ -1,5 +1,7 @@
 //! The commands with their arguments as data, from which functions of another language are made.
 
+use std::any::TypeId;
+
 use clap::builder::PossibleValue;
 use clap::{Arg, ArgAction, Command};
 use serde::Serialize;
@@ -138,17 +140,23 @@ fn described(argument: &Arg) -> Argument {
 }
 
 fn kind(argument: &Arg) -> ArgumentKind {
+    let found = argument.get_value_parser().type_id();
+    let whole = [
+        TypeId::of::<u32>(),
+        TypeId::of::<u64>(),
+        TypeId::of::<usize>(),
+    ];
     if matches!(argument.get_action(), ArgAction::SetTrue) {
         ArgumentKind::Flag
     } else if is_path(argument) {
         ArgumentKind::Path
-    } else if !reads(argument, "3") || reads(argument, "3mm") {
+    } else if whole.iter().any(|whole| found == *whole) {
+        ArgumentKind::Integer
+    } else if found == TypeId::of::<f64>() && reads(argument, "3") && !reads(argument, "3mm") {
         // Numbers with a unit are texts, whatever becomes of them.
-        ArgumentKind::Text
-    } else if reads(argument, "3.5") {
         ArgumentKind::Number
     } else {
-        ArgumentKind::Integer
+        ArgumentKind::Text
     }
 }
 
