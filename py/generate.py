@@ -41,6 +41,7 @@ class Function:
 
 
 FUNCTIONS = [
+    Function("info", "info", {"Info": "info"}, data=("file",)),
     Function("spectrum", "spectrum", {"Spectrum": "spectrum"}, data=("file",), without=("rest", "band"),
              about="Estimates the power spectral density (PSD) of one channel, averaged or over time."),
     Function("noise", "spectrum", {"Noise": "noise"}, data=("file",), fixed=("rest",),
@@ -78,7 +79,7 @@ ARRAY_RATE = "The sampling rate of an array, in Hz. Of a file: "
 
 #: The modules, with their functions.
 MODULES = {
-    "_look": ("Look at signals and surfaces.", ["spectrum", "noise", "roughness"]),
+    "_look": ("Look at signals and surfaces.", ["info", "spectrum", "noise", "roughness"]),
     "_touch": ("Strokes of a finger over a surface.", ["strokes", "cut", "compare"]),
     "_device": ("Know a device.", ["transfer", "characterise"]),
     "_panel": ("Transfer functions of several people.", ["panel_run", "panel_analyse", "panel_average"]),

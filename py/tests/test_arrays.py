@@ -110,6 +110,8 @@ def test_a_recording_says_what_it_is() -> None:
     assert made.units == {"acc": "m/s²", "fz": "N"} and list(made) == ["acc", "fz"]
     assert made["fz"][0] == 200 * 1e-3 and made["acc"][1] == sine()[1] * 9.80665
     assert made.condition == {"sample": "S8", "load_n": 0.2} and made.rate_hz == RATE and made.duration_s == 1.0
+    about = pz.info(made).to_dict()
+    assert [channel["name"] for channel in about["channels"]] == ["acc", "fz"] and about["file"] == "S8", about
     with pytest.raises(KeyError, match="expected one of the channels acc, fz"):
         made["force"]
     with pytest.raises(pz.UsageError, match="found wight"):

@@ -16,6 +16,9 @@ FIRST = "twin:participant=4,seed=7"
 
 #: A function, its arguments, and which of them are files of the folder.
 CALLS: list[tuple[str, tuple[Any, ...], dict[str, Any]]] = [
+    ("info", ("S8.parquet",), {}),
+    ("info", ("tf.json",), {}),
+    ("info", ("drive.wav",), {}),
     ("spectrum", ("texture.wav",), {}),
     ("spectrum", ("texture.wav",), {"segment": 512, "overlap": 0.25, "window": "blackman", "median": True}),
     ("spectrum", ("S8.parquet",), {"channel": "acceleration"}),
@@ -79,6 +82,7 @@ def bare(value: Any) -> Any:
 @pytest.mark.parametrize(
     ("name", "positional", "named"),
     [
+        ("info", ("S8.parquet",), {}),
         ("spectrum", ("texture.wav",), {"segment": 1024}),
         ("spectrum", ("S8.parquet",), {"channel": "acceleration", "over_time": True, "report": "over.html"}),
         ("noise", ("S8.parquet",), {"channel": "acceleration"}),

@@ -2,7 +2,7 @@
 
 from ._device import Characterisation, Transfer, characterise, transfer
 from ._eeg import EegErd, EegStats, eeg_erd, eeg_stats
-from ._look import Noise, Roughness, RoughnessSet, Spectrum, noise, roughness, spectrum
+from ._look import Info, Noise, Roughness, RoughnessSet, Spectrum, info, noise, roughness, spectrum
 from ._panel import PanelAnalysis, PanelAverage, PanelRun, panel_analyse, panel_average, panel_run
 from ._people import Answers, answers
 from ._render import Manipulated, Prepared, PreparedStimuli, Rendering, Renderings, manipulate, prepare, render
@@ -17,6 +17,7 @@ __all__ = [
     "Cuts",
     "EegErd",
     "EegStats",
+    "Info",
     "Manipulated",
     "Noise",
     "PanelAnalysis",
@@ -41,6 +42,7 @@ __all__ = [
     "cut",
     "eeg_erd",
     "eeg_stats",
+    "info",
     "manipulate",
     "noise",
     "panel_analyse",

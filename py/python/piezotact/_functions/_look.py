@@ -13,6 +13,16 @@ from .._recording import Data, Path, Text, Unit
 from .._results import Record, Result
 
 
+class Info(Result):
+    """What is in a file or a folder: one form for each kind.
+
+    Fields: ``docs/schemas/info.json``.
+    """
+
+    SCHEMA: ClassVar[str] = "info"
+    version: int
+
+
 class Spectrum(Result):
     """The PSD of one channel of a file, with its frequencies and the rate of the channel, which the spectrum alone does
     not hold.
@@ -142,6 +152,63 @@ class RoughnessSet(Result):
     #: of one surface.
     surfaces: list[Record]
     version: int
+
+
+def info(
+    file: Data,
+    *,
+    unit: Unit = None,
+    scale: Text | Sequence[Text] | None = None,
+    rate: float | None = None,
+    part: int | None = None,
+    date: str | None = None,
+    force: bool = False,
+) -> Info:
+    """Shows the contents of a file: channels, units, sampling rate, duration, warnings.
+
+    Parameters
+    ----------
+    file : path, Recording, array_like or dict of array_like
+        A recording (Parquet, TDMS, WAV, FLAC, LVM, UFF, VHDR, EDF, BDF, XDF, SET, MAT, NPY, NPZ, catman BIN, HAPTIC,
+        HJIF, CSV, TSV) or a transfer function (UFF, MAT, JSON).
+    unit : str or dict of str, optional
+        The unit of an array, or of each channel by its name: ``"m/s2"``, ``"g"``, ``"N"``; ``"1"`` relative to full
+        scale.
+    scale : str or number, or a list, optional
+        What the number 1 in the file means, such as "200 m/s2": for a WAV file (1 = full scale) without a sidecar
+        FILE.json, or for table columns without units that can be in it; "fz=N" or "fz=2 N" of one channel, as often as
+        needed.
+    rate : float, optional
+        The sampling rate of an array, in Hz. Of a file: the sampling rate, in Hz, of a table without a time column, or
+        the rate at which a haptic file is played (default: the rate of the HJIF curves, otherwise 8000).
+    part : int, optional
+        The part of a recording with gaps (EEG formats, XDF) that is read, from 1 on; default: the first, with a
+        warning.
+    date : str, optional
+        The date that reports and documents carry, in UTC, such as 2026-03-01T10:22:33Z; default: now.
+    force : bool, optional
+        Replaces existing files that the command did not write before.
+
+    Returns
+    -------
+    Info
+        The document that the command prints with ``--json``, with its report.
+
+    Raises
+    ------
+    Error
+        What was expected and what was found, in the sentence of the command.
+
+    Warns
+    -----
+    Warning
+        What a person should know before relying on the result.
+
+    Notes
+    -----
+    Source: ``piezotact info``, ``docs/schemas/info.json``.
+    """
+    return run(Info, "info", locals(), data=("file",))
 
 
 def spectrum(
