@@ -240,7 +240,7 @@ fn the_chapter_of_the_twin_runs() {
     expect_files(&folder, &["speeds.html", "figures"]);
 }
 
-/// What stands in them for Python and MATLAB is run by py/tests/test_guide.py.
+/// What stands in them for Python and MATLAB is run by `py/tests/test_guide.py`.
 #[test]
 fn the_chapters_on_python_and_matlab_run() {
     let folder = run("docs/guide/python.md", |_, _| ());
