@@ -52,8 +52,11 @@ pub struct Argument {
 pub enum ArgumentKind {
     /// Given or not.
     Flag,
+    /// A file or a folder.
     Path,
+    /// A number, which may have a fraction.
     Number,
+    /// A number from 0 on, without a fraction.
     Integer,
     /// A text that the command reads: a band, a measure, a name.
     Text,
