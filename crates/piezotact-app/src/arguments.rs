@@ -213,12 +213,12 @@ fn is_shown_only(argument: &Arg) -> bool {
 }
 
 /// Whether the value of an argument is a path.
-fn is_path(argument: &Arg) -> bool {
+pub(crate) fn is_path(argument: &Arg) -> bool {
     argument.get_value_parser().type_id() == TypeId::of::<PathBuf>()
 }
 
 /// Whether an argument names what a command writes.
-fn is_output(argument: &Arg) -> bool {
+pub(crate) fn is_output(argument: &Arg) -> bool {
     is_path(argument) && OUTPUTS.contains(&argument.get_id().as_str())
 }
 

@@ -9,6 +9,7 @@ use piezotact::page::{Ending, Page, Shown};
 use piezotact_report::report::{csv, html, terminal};
 
 use crate::advice::{OptionWords, merged_text};
+use crate::calls::keep_page;
 use crate::failure::{Failure, Outcome, usage};
 use crate::invocation::write_report;
 use crate::output::{print, print_document, say, write_text};
@@ -49,6 +50,10 @@ pub(crate) fn deliver_and<T: Shown + Content>(
 ) -> Outcome {
     let page = value.page();
     write(outputs, &page)?;
+    let Some(page) = keep_page(page) else {
+        print_document(value)?;
+        return ended(value.ending());
+    };
     if outputs.json {
         print_document(value)?;
     } else {

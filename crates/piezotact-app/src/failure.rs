@@ -1,7 +1,6 @@
 //! How a command ends when it does not succeed: one sentence, and an exit code that means something.
 
 use std::path::Path;
-use std::process::ExitCode;
 
 use anyhow::anyhow;
 use piezotact::document::FailedFile;
@@ -16,6 +15,8 @@ use crate::output::{message, say};
 pub(crate) enum Failure {
     /// The command was asked for something that cannot be: exit code 2, as for a wrong option.
     Usage(anyhow::Error),
+    /// The words of the command line make no command, or they ask for help: what is shown then.
+    Words(Box<clap::Error>),
     /// The data, a file or a device is not what it must be: exit code 1.
     Data(anyhow::Error),
     /// A verification did not pass; its result has been printed: exit code 3.
@@ -59,21 +60,34 @@ pub(crate) fn usage<E: Into<anyhow::Error>>(error: E) -> Failure {
 
 /// Tells what happened and with which code the program ends: 0 done, 1 data, 2 usage, 3 not passed, 4 passed in part, 5 not decided,
 /// 130 ended early by Ctrl-C, 143 by SIGTERM.
-pub(crate) fn exit_code(outcome: Outcome) -> ExitCode {
+pub(crate) fn exit_code(outcome: Outcome) -> u8 {
     match outcome {
-        Ok(()) | Err(Failure::ReaderGone) => ExitCode::SUCCESS,
-        Err(Failure::NotPassed) => ExitCode::from(3),
-        Err(Failure::PassedInPart) => ExitCode::from(4),
-        Err(Failure::NotDecided) => ExitCode::from(5),
+        Ok(()) | Err(Failure::ReaderGone) => 0,
+        Err(Failure::NotPassed) => 3,
+        Err(Failure::PassedInPart) => 4,
+        Err(Failure::NotDecided) => 5,
+        Err(Failure::Words(error)) => shown(&error),
         Err(Failure::Data(error)) => {
             say(&format!("piezotact: {}", sentence(&error)));
-            ExitCode::from(interrupt::exit_code().unwrap_or(1))
+            interrupt::exit_code().unwrap_or(1)
         }
         Err(Failure::Usage(error)) => {
             say(&format!("piezotact: {}", sentence(&error)));
-            ExitCode::from(2)
+            2
         }
     }
+}
+
+/// Shows why a command line is refused, or the help that it asks for; the exit code.
+fn shown(error: &clap::Error) -> u8 {
+    let text = error.render().to_string();
+    let harmless = message(&text);
+    if harmless != text {
+        say(harmless.trim_end());
+        return 2;
+    }
+    let _nobody_hears = error.print();
+    u8::try_from(error.exit_code()).unwrap_or(2)
 }
 
 /// An error and what caused it, each said once.

@@ -175,6 +175,14 @@ pub(crate) fn stops(handle: &StopHandle) {
     }
 }
 
+/// Stops the run that a signal would stop, if there is one.
+pub(crate) fn stop_run() {
+    let mut running = RUNNING.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(stop) = running.stop.take() {
+        stop.stop();
+    }
+}
+
 /// Work that ends by itself where a signal came, because it leaves something behind. It asks [`interrupted`].
 #[derive(Debug)]
 pub(crate) struct Between(());

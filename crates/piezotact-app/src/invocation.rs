@@ -2,7 +2,8 @@
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
-use std::sync::OnceLock;
+use std::process::Command;
+use std::sync::{Arc, OnceLock};
 use std::time::SystemTime;
 
 use piezotact::document::INVOCATION;
@@ -14,16 +15,20 @@ use piezotact_report::invocation::{command_line, with_invocation};
 use serde_json::Value;
 
 use crate::arguments::{Arguments, OutputPath, output_of};
+use crate::calls;
 use crate::failure::Outcome;
 use crate::output::{say, write_text};
 use crate::parts::Parts;
 use crate::replacing::{Existing, Writing};
 use crate::report::name;
 
-/// The command that this program was called with.
-static CALLED: OnceLock<Called> = OnceLock::new();
+/// The command that this program was called with; one that is called as a function is its thread's ([`calls`]).
+static CALLED: OnceLock<Arc<Called>> = OnceLock::new();
+/// What starts this program; empty: the file of this process.
+static STARTED_BY: OnceLock<Vec<OsString>> = OnceLock::new();
 
-struct Called {
+/// How a command was called.
+pub(crate) struct Called {
     command: Vec<String>,
     date: String,
     /// Whether the date was stated.
@@ -62,16 +67,48 @@ pub(crate) fn begin(
         named: arguments.named_inputs(),
     };
     called.writing.check()?;
+    let mut called = Some(Arc::new(called));
+    calls::with(|call| call.called = called.take());
     // A program is called once.
-    let _kept = CALLED.set(called);
+    let _kept = called.map(|called| CALLED.set(called));
     Ok(())
+}
+
+/// The command that runs on this thread; `None` in a test that calls no command.
+fn called() -> Option<Arc<Called>> {
+    calls::with(|call| call.called.clone()).unwrap_or_else(|| CALLED.get().cloned())
+}
+
+/// Keeps what starts this program; empty: the file of this process.
+pub(crate) fn started_by(words: Vec<OsString>) {
+    // A program is started once.
+    let _kept = STARTED_BY.set(words);
+}
+
+/// What starts this program again.
+///
+/// # Errors
+/// Where the system does not say which file it is.
+pub(crate) fn this_program() -> std::io::Result<Command> {
+    match STARTED_BY.get().map(Vec::as_slice) {
+        Some([first, others @ ..]) => {
+            let mut command = Command::new(first);
+            command.args(others);
+            Ok(command)
+        }
+        _ => std::env::current_exe().map(Command::new),
+    }
+}
+
+/// The words behind the name of the program that this command was called with.
+#[cfg(feature = "study")]
+pub(crate) fn words() -> Vec<String> {
+    called().map_or_else(Vec::new, |called| called.command.clone())
 }
 
 /// Refuses a file at `path` that this command did not write before and does not keep.
 pub(crate) fn refuse_existing(path: &Path) -> Outcome {
-    CALLED
-        .get()
-        .map_or(Ok(()), |called| called.writing.refuse_existing(path))
+    called().map_or(Ok(()), |called| called.writing.refuse_existing(path))
 }
 
 fn rfc3339(time: SystemTime) -> String {
@@ -80,7 +117,7 @@ fn rfc3339(time: SystemTime) -> String {
 
 /// When something begins that is recorded now: the date that is stated, else that of the clock, in UTC.
 pub(crate) fn now() -> Option<StartTime> {
-    let stated = CALLED.get().filter(|called| called.dated);
+    let stated = called().filter(|called| called.dated);
     let text = stated.map_or_else(
         || humantime::format_rfc3339_millis(SystemTime::now()).to_string(),
         |called| called.date.clone(),
@@ -100,9 +137,7 @@ pub(crate) fn date(text: &str) -> Result<String, String> {
 /// The date on which this command was called, in UTC: `2026-03-01`.
 #[cfg(feature = "audio")]
 pub(crate) fn today() -> String {
-    let date = CALLED
-        .get()
-        .map_or_else(|| rfc3339(SystemTime::now()), |called| called.date.clone());
+    let date = called().map_or_else(|| rfc3339(SystemTime::now()), |called| called.date.clone());
     date.chars().take(10).collect()
 }
 
@@ -119,9 +154,10 @@ pub(crate) fn day() -> i64 {
 /// The program with its version.
 pub(crate) const PROGRAM: &str = concat!("piezotact ", env!("CARGO_PKG_VERSION"));
 
-/// How the results that are written to `path`, or printed, were made; `None` in a test that calls no command.
+/// How the results that are written to `path`, or printed, were made; `None` in a test that calls no command, and where data are
+/// given that are in no file.
 fn of_results(results: &str, path: Option<&Path>) -> Option<Invocation> {
-    let called = CALLED.get()?;
+    let called = called().filter(|_| !calls::has_data())?;
     let output = path.and_then(|path| output_of(&called.writing.outputs, path));
     Some(Invocation {
         command: called.command.clone(),
@@ -195,7 +231,7 @@ pub(crate) fn add_to(document: &mut Value, path: Option<&Path>) -> Outcome {
 
 /// Writes a report to `path`, with how it was made; and its figures and tables, where they are asked for.
 pub(crate) fn write_report(path: &Path, html: &str) -> Outcome {
-    let Some((called, invocation)) = CALLED.get().zip(of_results(html, Some(path))) else {
+    let Some(called) = called() else {
         return write_text(path, html);
     };
     let parts = called.parts.of_report(html)?;
@@ -222,9 +258,14 @@ pub(crate) fn write_report(path: &Path, html: &str) -> Outcome {
             ));
         }
     }
-    let rerun = command_line(&["rerun".to_owned(), name(path)]);
-    let again = format!("{rerun} does it again and compares every value.");
-    write_text(path, &with_invocation(html, &invocation, &again)?)?;
+    match of_results(html, Some(path)) {
+        None => write_text(path, html)?,
+        Some(invocation) => {
+            let rerun = command_line(&["rerun".to_owned(), name(path)]);
+            let again = format!("{rerun} does it again and compares every value.");
+            write_text(path, &with_invocation(html, &invocation, &again)?)?;
+        }
+    }
     // Behind the report, which says whose they are where the command is killed in between.
     called.parts.write(&parts)?;
     // Those of an earlier run would be taken for those of this report.

@@ -7,6 +7,7 @@ use piezotact::quantity::{SampleRate, Seconds};
 use piezotact::recording::Recording;
 use piezotact_dataset::{Contents, RecordingInBlocks, recording_in_blocks};
 
+use crate::calls;
 use crate::cli::Reading;
 use crate::failure::Outcome;
 use crate::progress::{Words, Work};
@@ -32,6 +33,9 @@ pub(crate) struct Large(RecordingInBlocks);
 impl Large {
     /// The recording in `path` where its samples take more than `beyond_bytes` and its format is read in parts.
     pub(crate) fn open(path: &Path, reading: &Reading, beyond_bytes: u64) -> Outcome<Option<Self>> {
+        if calls::is_given(path) {
+            return Ok(None);
+        }
         let found = recording_in_blocks(path, &options_of(reading)?, beyond_bytes)?;
         Ok(found.map(Self))
     }

@@ -12,6 +12,7 @@ use piezotact_dataset::{WriteError, write_atomically};
 use serde_json::Value;
 
 use crate::advice::merged_text;
+use crate::calls;
 use crate::failure::{Failure, Outcome};
 use crate::invocation;
 use crate::progress::aside;
@@ -24,6 +25,9 @@ pub(crate) fn message(text: &str) -> String {
 
 /// Prints `text` and a line end on standard output, without control characters.
 pub(crate) fn print(text: &str) -> Outcome {
+    if calls::with(|call| call.printed.push(text.to_owned())).is_some() {
+        return Ok(());
+    }
     let write = || {
         let mut out = std::io::stdout().lock();
         out.write_all(harmless(text).as_bytes())
@@ -54,7 +58,10 @@ pub(crate) fn print_kept(out: &Path, value: &impl Content) -> Outcome {
 /// Prints a document as readable JSON with how it was made.
 pub(crate) fn print_made(mut document: Value) -> Outcome {
     invocation::add_to(&mut document, None)?;
-    print(&serde_json::to_string_pretty(&document)?)
+    match calls::keep_document(document) {
+        Some(document) => print(&serde_json::to_string_pretty(&document)?),
+        None => Ok(()),
+    }
 }
 
 /// The document of `content`, which is written to `path` or printed, as readable JSON with how it was made.
@@ -82,6 +89,9 @@ pub(crate) fn write_bytes(path: &Path, bytes: &[u8]) -> Outcome {
 
 /// Says on standard error what is being done, without control characters and shortened. When nobody can hear it the work still goes on.
 pub(crate) fn say(text: &str) {
+    if calls::with(|call| call.said.push(message(text))).is_some() {
+        return;
+    }
     let _nobody_hears = aside(|| writeln!(std::io::stderr().lock(), "{}", message(text)));
 }
 

@@ -14,6 +14,7 @@ use piezotact::score::sliding_part;
 use piezotact::series::Series;
 use piezotact_dataset::{Contents, ReadOptions, is_time_unit, read_recording};
 
+use crate::calls;
 use crate::cli::Reading;
 use crate::failure::{Failure, Outcome, usage};
 use crate::memory::reading_fits;
@@ -59,8 +60,39 @@ pub(crate) fn read_beside(
 
 /// As [`read`], for what inspects the channels itself.
 pub(crate) fn read_uninspected(path: &Path, reading: &Reading) -> Outcome<Contents> {
+    opened(path, &options_of(reading)?)
+}
+
+/// The recording that is given by the name `path`, else the one in that file.
+fn opened(path: &Path, options: &ReadOptions) -> Outcome<Contents> {
+    if let Some(given) = calls::given(path) {
+        return as_given(path, given, options);
+    }
     reading_fits(path)?;
-    Ok(read_recording(path, &options_of(reading)?)?)
+    Ok(read_recording(path, options)?)
+}
+
+/// A recording that is given has its units: a scale or a part that is stated of files would be left out silently.
+fn as_given(path: &Path, given: Contents, options: &ReadOptions) -> Outcome<Contents> {
+    let is_stated = options.scale.is_some() || !options.units.is_empty();
+    let mut channels = given.recording.channels().iter();
+    let plain = channels.find(|channel| match &channel.unit {
+        Unit::FullScale => !options.is_drive,
+        Unit::Other(text) => text.is_empty(),
+        _ => false,
+    });
+    match plain {
+        Some(channel) if is_stated => Err(usage(anyhow!(
+            "{}: expected the unit of `{}` with its samples, found --scale, which is of files; state the unit where the recording is made",
+            path.display(),
+            channel.name
+        ))),
+        _ if options.part.is_some() => Err(usage(anyhow!(
+            "{}: expected a file for --part, found a recording in memory; state the part where it is read",
+            path.display()
+        ))),
+        _ => Ok(given),
+    }
 }
 
 /// What a person states of the scale of a file.
@@ -136,8 +168,7 @@ pub(crate) fn options_of(reading: &Reading) -> Outcome<ReadOptions> {
 
 /// The recording in a file, with the warnings about what broke on its way to the file.
 pub(crate) fn inspected(path: &Path, options: &ReadOptions) -> Outcome<Contents> {
-    reading_fits(path)?;
-    let mut contents = read_recording(path, options)?;
+    let mut contents = opened(path, options)?;
     let found = warnings_of(&contents.recording, drive_limit(contents.setup.as_ref()));
     contents.recording.about.add_warnings(found);
     Ok(contents)
@@ -145,12 +176,11 @@ pub(crate) fn inspected(path: &Path, options: &ReadOptions) -> Outcome<Contents>
 
 /// A drive: its file was written by a program, so that nothing broke on the way to it, and full scale is its unit.
 pub(crate) fn read_drive(path: &Path) -> Outcome<Contents> {
-    reading_fits(path)?;
     let options = ReadOptions {
         is_drive: true,
         ..ReadOptions::default()
     };
-    Ok(read_recording(path, &options)?)
+    opened(path, &options)
 }
 
 /// The largest drive that the device plays, of full scale: full scale where it is not known.

@@ -240,6 +240,14 @@ fn the_chapter_of_the_twin_runs() {
     expect_files(&folder, &["speeds.html", "figures"]);
 }
 
+/// What stands in them for Python and MATLAB is run by `py/tests/test_guide.py`.
+#[test]
+fn the_chapters_on_python_and_matlab_run() {
+    let folder = run("docs/guide/python.md", |_, _| ());
+    expect_files(&folder, &["S8.parquet", "S8.wav", "hand.json"]);
+    run("docs/guide/matlab.md", |_, _| ());
+}
+
 #[test]
 fn the_chapter_on_bids_runs() {
     run("docs/guide/bids-touch.md", |_, _| ());

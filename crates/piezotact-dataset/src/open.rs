@@ -1,5 +1,6 @@
 //! Reads recordings of every format; the format is recognised from the content of a file, not from its name.
 
+mod arrays;
 mod beside;
 mod blocks;
 mod finite;
@@ -34,6 +35,7 @@ use crate::tdms::{looks_like_tdms, read_tdms};
 use crate::text::is_text;
 use crate::uff;
 use crate::wav::{SampleFormat, Wav, fingerprint, parse_wav, start_in};
+pub use arrays::{ArrayChannel, recording_of_arrays};
 use beside::{Beside, completed};
 pub use blocks::{RecordingInBlocks, recording_in_blocks};
 use finite::{finite, not_a_sample};
@@ -61,6 +63,8 @@ pub struct FileKind {
 }
 
 impl FileKind {
+    /// No file: arrays of numbers.
+    pub const ARRAYS: Self = Self::named("arrays");
     /// A WAV file.
     pub const WAV: Self = Self::named("WAV");
     /// A FLAC file.

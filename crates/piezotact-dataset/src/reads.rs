@@ -2,6 +2,7 @@
 //!
 //! All reading of files goes through this module (`xtask tidy` checks it), so that no format can forget to be noted.
 
+use std::cell::RefCell;
 use std::collections::BTreeSet;
 use std::fs::{File, Metadata};
 use std::io::{self, Read as _};
@@ -18,6 +19,12 @@ static NOTED: Mutex<AllNoted> = Mutex::new(AllNoted {
     list: Vec::new(),
 });
 
+thread_local! {
+    /// What was read within [`apart`].
+    static APART: RefCell<Option<AllNoted>> = const { RefCell::new(None) };
+}
+
+#[derive(Default)]
 struct AllNoted {
     known: BTreeSet<PathBuf>,
     list: Vec<Noted>,
@@ -27,6 +34,22 @@ struct Noted {
     path: PathBuf,
     /// Length and time of the last change; `None` where there was no file.
     state: Option<(u64, Option<SystemTime>)>,
+}
+
+/// Does `work`, within which [`inputs`] are what this thread read since it began, and not what the program read.
+pub fn apart<T>(work: impl FnOnce() -> T) -> T {
+    let outer = APART.replace(Some(AllNoted::default()));
+    let done = work();
+    APART.set(outer);
+    done
+}
+
+/// What `then` does with what was noted until now.
+fn noted<T>(then: impl FnOnce(&mut AllNoted) -> T) -> T {
+    APART.with_borrow_mut(|apart| match apart {
+        Some(apart) => then(apart),
+        None => then(&mut NOTED.lock().unwrap_or_else(PoisonError::into_inner)),
+    })
 }
 
 /// All bytes of the file at `path`, which is noted.
@@ -87,25 +110,27 @@ fn note(path: &Path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => None,
         _ => return,
     };
-    let mut noted = NOTED.lock().unwrap_or_else(PoisonError::into_inner);
-    if noted.known.insert(path.to_owned()) {
-        noted.list.push(Noted {
-            path: path.to_owned(),
-            state,
-        });
-    }
+    noted(|noted| {
+        if noted.known.insert(path.to_owned()) {
+            noted.list.push(Noted {
+                path: path.to_owned(),
+                state,
+            });
+        }
+    });
 }
 
 /// Notes that the file at `from`, which may have been read, is now at `to`: it is an input under its new name.
 pub(crate) fn moved(from: &Path, to: &Path) {
-    let mut noted = NOTED.lock().unwrap_or_else(PoisonError::into_inner);
-    for one in &mut noted.list {
-        // Without a file there was nothing to move.
-        if one.path == from && one.state.is_some() {
-            one.path = to.to_owned();
+    noted(|noted| {
+        for one in &mut noted.list {
+            // Without a file there was nothing to move.
+            if one.path == from && one.state.is_some() {
+                one.path = to.to_owned();
+            }
         }
-    }
-    noted.known.remove(from);
+        noted.known.remove(from);
+    });
 }
 
 fn state_of(found: &Metadata) -> (u64, Option<SystemTime>) {
@@ -116,8 +141,6 @@ fn state_of(found: &Metadata) -> (u64, Option<SystemTime>) {
 /// those of the files as they are now; a file that changed since it was read has none.
 #[must_use]
 pub fn inputs(own: impl Fn(&Path) -> bool) -> Vec<Input> {
-    let noted = NOTED.lock().unwrap_or_else(PoisonError::into_inner);
-    let foreign = noted.list.iter().filter(|noted| !own(&noted.path));
     let input = |noted: &Noted| Input {
         path: noted.path.display().to_string(),
         found: match noted.state {
@@ -125,7 +148,10 @@ pub fn inputs(own: impl Fn(&Path) -> bool) -> Vec<Input> {
             Some(state) => found_at(&noted.path, Some(state)),
         },
     };
-    foreign.map(input).collect()
+    noted(|noted| {
+        let foreign = noted.list.iter().filter(|noted| !own(&noted.path));
+        foreign.map(input).collect()
+    })
 }
 
 /// What is found at `path` now.
@@ -217,6 +243,17 @@ mod tests {
             ("/grows", &Found::Changed),
         ];
         assert_eq!(found, expected);
+        // What is read apart is no input of what goes on, nor the other way round.
+        let within = apart(|| {
+            let _read = read(&path("own"));
+            inputs(|_| false)
+        });
+        assert_eq!(within.len(), 1, "{within:?}");
+        assert!(
+            inputs(|path| !path.ends_with("own"))
+                .iter()
+                .any(|input| input.path.starts_with(&here))
+        );
         assert_eq!(sha256(b"abc"), ABC);
         assert_eq!(super::found(&path("abc.before-1")), abc);
     }

@@ -52,7 +52,8 @@ pub(crate) struct Manipulate {
 #[derive(Clone, Debug)]
 pub(crate) struct Operations(pub(crate) Vec<Requested>);
 
-const HEADING: &str = "Operations, applied in the order given";
+/// The heading of the operations in the help.
+pub(crate) const OPERATIONS: &str = "Operations, applied in the order given";
 
 impl Args for Operations {
     fn augment_args(command: Command) -> Command {
@@ -60,7 +61,7 @@ impl Args for Operations {
             let arg = Arg::new(row.option)
                 .long(row.option)
                 .help(row.help)
-                .help_heading(HEADING);
+                .help_heading(OPERATIONS);
             command.arg(match row.form {
                 None => arg.action(ArgAction::SetTrue),
                 Some(form) => arg

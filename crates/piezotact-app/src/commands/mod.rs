@@ -42,9 +42,8 @@ use clap::{CommandFactory as _, FromArgMatches as _, Subcommand};
 
 use crate::arguments::Arguments;
 use crate::cli::{self, Cli};
-use crate::failure::{Outcome, usage};
+use crate::failure::{Failure, Outcome, usage};
 use crate::invocation;
-use crate::output::{message, say};
 use crate::progress::Work;
 use crate::replacing::Existing;
 
@@ -95,12 +94,12 @@ pub(crate) fn run(words: &[OsString]) -> Outcome {
             let sentence = refusal::renamed(&error, &command, given);
             match sentence.or_else(|| refusal::needing(&error, &command, words)) {
                 Some(sentence) => return Err(usage(anyhow!(sentence))),
-                None => refused(&error),
+                None => return Err(Failure::Words(Box::new(error))),
             }
         }
     };
     let cli = Cli::from_arg_matches(&matches);
-    let cli = cli.unwrap_or_else(|error| refused(&error.format(&mut command)));
+    let cli = cli.map_err(|error| Failure::Words(Box::new(error.format(&mut command))))?;
     let arguments = Arguments::of(&command, &matches);
     let existing = match arguments.value("bench") {
         _ if cli.force => Existing::Replaced,
@@ -111,17 +110,6 @@ pub(crate) fn run(words: &[OsString]) -> Outcome {
     invocation::begin(words, &arguments, cli.date.as_deref(), existing)?;
     let _shown = Work::one(format!("piezotact {}", arguments.names.join(" ")));
     done(&cli.command)
-}
-
-/// Shows why a command line is refused, or the help that it asks for, and ends.
-fn refused(error: &clap::Error) -> ! {
-    let text = error.render().to_string();
-    let shown = message(&text);
-    if shown == text {
-        error.exit();
-    }
-    say(shown.trim_end());
-    std::process::exit(2);
 }
 
 commands! {

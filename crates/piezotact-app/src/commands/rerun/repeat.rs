@@ -6,7 +6,7 @@
 use std::ffi::OsString;
 use std::fs::File;
 use std::path::{Component, Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 use std::time::Duration;
 
 use anyhow::{Context as _, anyhow};
@@ -19,6 +19,7 @@ use crate::arguments::{Arguments, OutputPath};
 use crate::commands::refusal;
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::{self, Between, interrupted};
+use crate::invocation::this_program;
 use crate::made::{Made, Results};
 use crate::progress::Work;
 
@@ -115,10 +116,10 @@ impl Repeated {
 
     /// Runs the command with what it prints in files; its exit code. Where a signal comes, the command is stopped too.
     fn ended(&self, [out, err]: [&Path; 2]) -> Outcome<i32> {
-        let program = std::env::current_exe().context("this program does not know where it is")?;
+        let mut program = this_program().context("this program does not know where it is")?;
         let _between = Between::moments();
         let _shown = Work::one("running again");
-        let mut running = Command::new(program)
+        let mut running = program
             .args(&self.words)
             .current_dir(&self.folder)
             .stdin(Stdio::null())

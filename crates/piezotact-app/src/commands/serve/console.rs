@@ -5,7 +5,7 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::io::{BufRead as _, BufReader, Read};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Stdio};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant};
 
@@ -21,6 +21,7 @@ use super::network::Door;
 use crate::benches::BenchSpec;
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::{Between, interrupted};
+use crate::invocation::this_program;
 use crate::output::print;
 use crate::progress;
 
@@ -465,7 +466,7 @@ fn line(words: &[String]) -> String {
 
 /// This program with `words`, whose runs `live` shows.
 fn begun(words: &[String], live: &Live, stem: String) -> std::io::Result<Running> {
-    let mut child = Command::new(std::env::current_exe()?)
+    let mut child = this_program()?
         .args(words)
         .stdin(Stdio::null())
         .stdout(Stdio::piped())

@@ -41,6 +41,7 @@ use crate::benches::{self, BenchSpec};
 use crate::cli::Finger;
 use crate::failure::{Failure, Outcome, usage};
 use crate::interrupt::stops;
+use crate::invocation;
 use crate::keeping::began;
 use crate::live::Showing;
 use crate::output::say;
@@ -506,7 +507,7 @@ pub(crate) fn first_command(runner: &mut Runner<'_>, args: &Arguments) -> Option
     match runner.state().stage() {
         Stage::New => Some(Command::Begin {
             experimenter,
-            program: crate::invocation::PROGRAM.to_owned(),
+            program: invocation::PROGRAM.to_owned(),
             purpose: purpose(args),
             participant: stated(args),
         }),
@@ -603,7 +604,7 @@ pub(crate) fn left(runner: &Runner<'_>) -> String {
         true => format!("\"{word}\""),
         false => word,
     };
-    let words: Vec<String> = std::env::args().skip(1).map(quoted).collect();
+    let words: Vec<String> = invocation::words().into_iter().map(quoted).collect();
     format!(
         "the session is not over ({}); everything that was noted is stored, and the same command goes on with it: piezotact {}",
         status(runner),

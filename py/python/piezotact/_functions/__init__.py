@@ -1,0 +1,61 @@
+"""The functions of the commands, and their results. Written by ``generate.py``; do not edit."""
+
+from ._device import Characterisation, Transfer, characterise, transfer
+from ._eeg import EegErd, EegStats, eeg_erd, eeg_stats
+from ._look import Info, Noise, Roughness, RoughnessSet, Spectrum, info, noise, roughness, spectrum
+from ._panel import PanelAnalysis, PanelAverage, PanelRun, panel_analyse, panel_average, panel_run
+from ._people import Answers, answers
+from ._render import Manipulated, Prepared, PreparedStimuli, Rendering, Renderings, manipulate, prepare, render
+from ._touch import Comparison, Cuts, Strokes, compare, cut, strokes
+from ._twin import TwinRecording, twin_record
+from ._verify import Played, Score, Verification, play, score, verify
+
+__all__ = [
+    "Answers",
+    "Characterisation",
+    "Comparison",
+    "Cuts",
+    "EegErd",
+    "EegStats",
+    "Info",
+    "Manipulated",
+    "Noise",
+    "PanelAnalysis",
+    "PanelAverage",
+    "PanelRun",
+    "Played",
+    "Prepared",
+    "PreparedStimuli",
+    "Rendering",
+    "Renderings",
+    "Roughness",
+    "RoughnessSet",
+    "Score",
+    "Spectrum",
+    "Strokes",
+    "Transfer",
+    "TwinRecording",
+    "Verification",
+    "answers",
+    "characterise",
+    "compare",
+    "cut",
+    "eeg_erd",
+    "eeg_stats",
+    "info",
+    "manipulate",
+    "noise",
+    "panel_analyse",
+    "panel_average",
+    "panel_run",
+    "play",
+    "prepare",
+    "render",
+    "roughness",
+    "score",
+    "spectrum",
+    "strokes",
+    "transfer",
+    "twin_record",
+    "verify",
+]
