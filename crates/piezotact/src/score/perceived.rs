@@ -16,9 +16,8 @@ const SHORTEST_EXCERPT: Seconds = Seconds(0.3);
 /// The width of the edges of the band, as a share of its ends: sharper ones ring for longer than a channel follows.
 const EDGE_RATIO: f64 = 0.5;
 
-/// The length of a recording over the distance between the middles of its halves, and of its first and last quarter.
-const LENGTH_OVER_HALVES: f64 = 2.0;
-const LENGTH_OVER_QUARTERS: f64 = 4.0 / 3.0;
+/// Two recordings of what drifts lie farther apart than parts of one: its halves by half its length, two recordings by all of it or more.
+const PARTS: f64 = 2.0;
 
 /// How far two vibrations are apart over time and channels.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -27,7 +26,7 @@ pub struct Perceived {
     /// The difference, by features.
     #[serde(flatten)]
     pub difference: PerceivedDifference,
-    /// How far parts of one recording are apart, JND: halves, or the two quarters that differ most, of the one in which they differ more;
+    /// Twice what parts of one recording are apart, JND: halves, or the two quarters that differ most, of the one in which they differ more;
     /// absent where they are too short, or where one waveform follows the other.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub within_jnd: Option<f64>,
@@ -55,8 +54,7 @@ fn limited(
     Ok(Series::new(samples, x.rate())?)
 }
 
-/// How far parts of `x` are apart, JND: its halves, or those two of its quarters that differ most, by as much as what drifts would differ
-/// over all of its length; `None` where they are too short.
+/// Twice what parts of `x` are apart, JND: its halves, or those two of its quarters that differ most; `None` where they are too short.
 fn parts(x: &Series<Acceleration>, config: &ScoreConfig) -> Option<f64> {
     let (samples, count) = (x.samples(), x.samples().len());
     let cut = |from: usize, of: usize| -> Option<Series<Acceleration>> {
@@ -70,9 +68,7 @@ fn parts(x: &Series<Acceleration>, config: &ScoreConfig) -> Option<f64> {
     };
     let quarters = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
     let quarters = quarters.into_iter().filter_map(|pair| apart(pair, 4));
-    let quarters = quarters.map(|jnd| LENGTH_OVER_QUARTERS * jnd);
-    let halves = LENGTH_OVER_HALVES * apart([0, 1], 2)?;
-    Some(quarters.fold(halves, f64::max))
+    Some(PARTS * quarters.fold(apart([0, 1], 2)?, f64::max))
 }
 
 /// Refuses excerpts that are too short: those that are `compared` of `both`.

@@ -57,7 +57,7 @@ impl fmt::Display for ScoreCriterion {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::JustNoticeableDifference => "difference below the just-noticeable difference",
-            Self::DifferenceWithin => "difference below that between parts of one recording",
+            Self::DifferenceWithin => "difference below that between parts of one recording (perceived: twice)",
             Self::LoudestMoment => {
                 "loudest 0.1 s relative to the detection threshold, if neither reaches it over its whole length"
             }
@@ -300,7 +300,10 @@ impl super::Score {
                     true => format!(
                         "parts of one stroke as short as these differ by up to {SHORT_EXCERPTS_JND} JND; record longer"
                     ),
-                    false => format!("parts of one recording differ by {within_jnd:.2} JND"),
+                    false => format!(
+                        "parts of one recording differ by {:.2} JND",
+                        0.5 * within_jnd
+                    ),
                 };
                 format!("{}: {}; {why}", self.verdict.word(), difference.range())
             }
