@@ -25,21 +25,25 @@ fn two_realisations_are_not_distinguishable_and_the_verdict_comes_first() {
     done.expect_success();
     let out = done.out();
     assert!(
-        out.starts_with("below the just-noticeable difference (75 % correct): score 0."),
+        out.starts_with("below the just-noticeable difference: 0."),
         "{out}"
     );
     for part in [
-        "score: the largest of the next three (95 %: ",
-        "difference over time and channels below the just-noticeable difference",
+        "% right of two intervals",
+        "perceived difference (",
+        "difference below the just-noticeable difference",
         "report: score.html",
     ] {
         assert!(out.contains(part), "{part}: {out}");
     }
     let html = std::fs::read_to_string(folder.path("score.html")).unwrap();
     for part in [
-        "below the just-noticeable difference (75 % correct)",
+        "below the just-noticeable difference",
+        "Sensitivity to the parameters of the model",
+        "threshold_offset_db",
+        "difference of the spectra: the largest of the next three",
         "detection threshold",
-        "halves of one recording",
+        "parts of one recording",
         "No nail-to-skin map was given",
         "not in m/s²",
         "Other measures, not part of the score",
@@ -54,7 +58,8 @@ fn two_realisations_are_not_distinguishable_and_the_verdict_comes_first() {
     assert_eq!(json["verdict"]["is"], "below_jnd");
     assert_eq!(json["criteria"][0]["outcome"], "met");
     assert_eq!(json["criteria"][0]["limit"]["met"], 1.0);
-    assert!(json["score"]["jnd"].as_f64().unwrap() < 0.2);
+    assert!(json["perceived"]["jnd"]["value"].as_f64().unwrap() < 0.2);
+    assert!(json["spectral"]["jnd"].as_f64().unwrap() < 0.2);
     assert_eq!(json["bands"].as_array().unwrap().len(), 18);
     assert!(
         json["sentence"]
@@ -109,6 +114,8 @@ fn what_cannot_be_scored_is_refused_and_what_is_questionable_is_said() {
     folder.write("a.wav", realisation(0, 5_000, 0.5));
     folder.write("silent.wav", wav((0..50_000).map(|_| 0.0), 5_000));
     folder.write("short.wav", wav(noise(2_000), 5_000));
+    folder.write("shorter.wav", wav(noise(1_000), 5_000));
+    folder.write("slow.wav", wav(noise(5_000), 500));
     let other = noise(155_000).skip(150_000).map(|v| 0.5 * v);
     folder.write("second.wav", wav(other, 5_000));
     let rows: String = (0..9_000)
@@ -120,8 +127,30 @@ fn what_cannot_be_scored_is_refused_and_what_is_questionable_is_said() {
         .expect_failure(1, &["physical scale", "--scale"]);
     score(&folder, "a.wav", "force.csv", &[]).expect_failure(1, &["force.csv", "m/s²", "force"]);
     score(&folder, "a.wav", "silent.wav", &[]).expect_failure(1, &["the test has no signal"]);
-    score(&folder, "a.wav", "short.wav", &[])
+    // By the model from 0.3 s on, with what is not compared; by spectra from a segment on. One model never takes the place of the other.
+    let spectral = ["--model", "spectral"];
+    let done = score(&folder, "a.wav", "short.wav", &[]);
+    done.expect_success();
+    assert!(done.out().contains("an excerpt of 0.4"), "{}", done.out());
+    score(&folder, "a.wav", "short.wav", &spectral)
         .expect_failure(1, &["0.82 s", "0.400 s", "record longer"]);
+    score(&folder, "a.wav", "shorter.wav", &[])
+        .expect_failure(1, &["0.30 s", "0.200 s", "record longer"]);
+    let narrow = ["--band", "20..200"];
+    score(&folder, "slow.wav", "slow.wav", &narrow)
+        .expect_failure(1, &["1000 Hz", "500 Hz", "--model spectral"]);
+    let done = score(
+        &folder,
+        "slow.wav",
+        "slow.wav",
+        &[narrow, spectral].concat(),
+    );
+    done.expect_success();
+    assert!(
+        done.out().starts_with("by the spectra alone"),
+        "{}",
+        done.out()
+    );
     for (option, value, part) in [
         ("--jnd", "0", "just-noticeable"),
         ("--frequency-jnd", "-1", "just-noticeable"),
@@ -142,9 +171,10 @@ fn what_cannot_be_scored_is_refused_and_what_is_questionable_is_said() {
         "{}",
         done.err()
     );
-    let done = score(&folder, "second.wav", "a.wav", &[]);
+    let done = score(&folder, "second.wav", "a.wav", &spectral);
     done.expect_success();
-    assert!(done.out().starts_with("not decided"), "{}", done.out());
+    let says = "by the spectra alone not decided";
+    assert!(done.out().starts_with(says), "{}", done.out());
     assert!(done.err().contains("record longer"), "{}", done.err());
 }
 
@@ -153,11 +183,9 @@ fn a_recording_is_nothing_but_itself() {
     let folder = Folder::new();
     folder.write("a.wav", realisation(0, 5_000, 0.5));
     let json = score(&folder, "a.wav", "a.wav", &["--json"]).json();
-    assert!(
-        json["score"]["jnd"].as_f64().unwrap() < 1e-6,
-        "{}",
-        json["score"]
-    );
+    for jnd in [&json["spectral"]["jnd"], &json["perceived"]["jnd"]["value"]] {
+        assert!(jnd.as_f64().unwrap() < 1e-6, "{jnd}");
+    }
     assert!((json["literature"]["st_sim"]["value"].as_f64().unwrap() - 1.0).abs() < 1e-9);
     assert!((json["literature"]["spqi"].as_f64().unwrap() - 1.0).abs() < 1e-6);
     assert_eq!(json["extent"], "shared_part");

@@ -238,7 +238,7 @@ const USUAL: [(&str, &[&str]); 26] = [
             "test-channel",
             "scale",
             "band",
-            "jnd",
+            "model",
             "contact-map",
             "report",
             "json",

@@ -169,7 +169,7 @@ commands! {
     Prepare(prepare::Arguments) => prepare::run,
     /// Estimates whether a person can discriminate two vibrations, in just-noticeable differences (JND).
     #[command(
-        after_help = "The score is the largest difference in spectrum, level and balance of low and high frequencies, above the detection\nthreshold, in JND. It does not depend on which realisation of a texture was recorded. Verdict: below the just-noticeable\ndifference (75 % of judgements correct) when the whole 95 % interval is below 1 JND; distinguishable when the whole\ninterval is above the published range (2.5 dB); otherwise not decided. The exit code is 0 for every verdict.\n\nExample:\n  piezotact score texture.wav measured.parquet --scale \"200 m/s2\" --report score.html\n  piezotact score S8.wav S8-synthetic.wav --scale \"200 m/s2\" --band 20..500 --json"
+        after_help = "The score is the perceived difference in JND, over time and by channel of receptors: level, pitch, modulation, gaps,\nrhythm, course and duration. It does not depend on which realisation of a texture was recorded. Verdict: below the\njust-noticeable difference (79 % of judgements correct) when its whole interval is below 1 JND; distinguishable when the\nwhole interval is above 1 JND and above what parts of one recording differ by; otherwise not decided. The exit code is 0\nfor every verdict.\n\nExample:\n  piezotact score texture.wav measured.parquet --scale \"200 m/s2\" --report score.html\n  piezotact score S8.wav S8-synthetic.wav --scale \"200 m/s2\" --band 20..500 --json"
     )]
     Score(cli::Score) => score::run,
     /// Cuts recordings into strokes and computes vibration, spectral and friction features of each, and their averages.

@@ -245,7 +245,7 @@ pub const MEMORY_BYTES_A_SAMPLE: usize = 150;
 /// ([`crate::perception`]) within the band, or by the difference of the spectra, as `config` says.
 ///
 /// Perceived: all of each is compared, and of an excerpt that is cut out of the other what both share. *Below the JND* needs the whole
-/// interval below 1 JND; *distinguishable* needs it above 1 JND and, for two realisations, above what the halves of one recording differ by.
+/// interval below 1 JND; *distinguishable* needs it above 1 JND and, for two realisations, above twice what parts of one recording differ by.
 ///
 /// Spectra: where one waveform follows the other (correlation above 0.5 either way over four fifths of the shorter, above 0.8 over less)
 /// they are aligned, and the time that they share is compared; or else all of each. Silence of 50 ms or more before and after a

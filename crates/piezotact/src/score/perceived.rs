@@ -16,6 +16,9 @@ const SHORTEST_EXCERPT: Seconds = Seconds(0.3);
 /// The width of the edges of the band, as a share of its ends: sharper ones ring for longer than a channel follows.
 const EDGE_RATIO: f64 = 0.5;
 
+/// Two recordings of what drifts lie farther apart than parts of one: its halves by half its length, two recordings by all of it or more.
+const PARTS: f64 = 2.0;
+
 /// How far two vibrations are apart over time and channels.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
@@ -23,8 +26,8 @@ pub struct Perceived {
     /// The difference, by features.
     #[serde(flatten)]
     pub difference: PerceivedDifference,
-    /// How far the halves of one recording are apart, JND: of the one whose halves differ more; absent where they are too short, or where
-    /// one waveform follows the other.
+    /// Twice what parts of one recording are apart, JND: halves, or the two quarters that differ most, of the one in which they differ more;
+    /// absent where they are too short, or where one waveform follows the other.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub within_jnd: Option<f64>,
 }
@@ -51,12 +54,21 @@ fn limited(
     Ok(Series::new(samples, x.rate())?)
 }
 
-/// How far the halves of `x` are apart, JND; `None` where they are too short.
-fn halves(x: &Series<Acceleration>, config: &ScoreConfig) -> Option<f64> {
-    let (first, second) = x.samples().split_at(x.samples().len() / 2);
-    let [first, second] = [first, second].map(|cut| Series::new(cut.to_vec(), x.rate()).ok());
-    let apart = perceived_through(&first?, &second?, &Parameters::published(), &skin(config));
-    Some(apart.ok()?.jnd.value)
+/// Twice what parts of `x` are apart, JND: its halves, or those two of its quarters that differ most; `None` where they are too short.
+fn parts(x: &Series<Acceleration>, config: &ScoreConfig) -> Option<f64> {
+    let (samples, count) = (x.samples(), x.samples().len());
+    let cut = |from: usize, of: usize| -> Option<Series<Acceleration>> {
+        let place = |part: usize| part * count / of;
+        Series::new(samples[place(from)..place(from + 1)].to_vec(), x.rate()).ok()
+    };
+    let apart = |[first, second]: [usize; 2], of: usize| {
+        let (first, second) = (cut(first, of)?, cut(second, of)?);
+        let apart = perceived_through(&first, &second, &Parameters::published(), &skin(config));
+        Some(apart.ok()?.jnd.value)
+    };
+    let quarters = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
+    let quarters = quarters.into_iter().filter_map(|pair| apart(pair, 4));
+    Some(PARTS * quarters.fold(apart([0, 1], 2)?, f64::max))
 }
 
 /// Refuses excerpts that are too short: those that are `compared` of `both`.
@@ -113,7 +125,7 @@ pub(super) fn perceived(
         Extent::SharedPart => None,
         Extent::WholeOfEach => [&a, &b]
             .into_iter()
-            .filter_map(|x| halves(x, config))
+            .filter_map(|x| parts(x, config))
             .reduce(f64::max),
     };
     Ok(Perceived {

@@ -47,7 +47,7 @@ pub enum How {
 pub enum ScoreCriterion {
     /// The difference against the just-noticeable difference; of spectra, with the range that was published of it.
     JustNoticeableDifference,
-    /// The difference against how far the halves of one recording lie apart.
+    /// The difference against how far parts of one recording lie apart: halves; of the perceived difference quarters too.
     DifferenceWithin,
     /// The loudest 0.1 s over the detection threshold, where neither reaches it over its whole length and the spectra decide.
     LoudestMoment,
@@ -57,7 +57,7 @@ impl fmt::Display for ScoreCriterion {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::JustNoticeableDifference => "difference below the just-noticeable difference",
-            Self::DifferenceWithin => "difference below that between the halves of one recording",
+            Self::DifferenceWithin => "difference below that between parts of one recording (perceived: twice)",
             Self::LoudestMoment => {
                 "loudest 0.1 s relative to the detection threshold, if neither reaches it over its whole length"
             }
@@ -130,7 +130,7 @@ pub(super) fn spectral_criteria(
 pub enum Verdict {
     /// The difference is below the just-noticeable difference, with its whole interval.
     BelowJnd,
-    /// The difference is above the just-noticeable difference (of spectra: above its published range), and above what halves of one
+    /// The difference is above the just-noticeable difference (of spectra: above its published range), and above what parts of one
     /// recording differ by, with its whole interval.
     Distinguishable {
         /// How they differ.
@@ -300,7 +300,10 @@ impl super::Score {
                     true => format!(
                         "parts of one stroke as short as these differ by up to {SHORT_EXCERPTS_JND} JND; record longer"
                     ),
-                    false => format!("the halves of one recording differ by {within_jnd:.2} JND"),
+                    false => format!(
+                        "parts of one recording differ by {:.2} JND",
+                        0.5 * within_jnd
+                    ),
                 };
                 format!("{}: {}; {why}", self.verdict.word(), difference.range())
             }
