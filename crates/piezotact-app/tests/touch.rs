@@ -369,7 +369,7 @@ fn samples_follow_their_roughness_and_active_touch_its_passive_twin() {
         (&found["family"], &found["units"]),
         (&10.into(), &"strokes".into())
     );
-    assert_eq!(pair(0, 4)["criteria"].as_array().unwrap().len(), 3);
+    assert_eq!(pair(0, 4)["criteria"].as_array().unwrap().len(), 4);
     let both = run("touch", &files);
     let compared = &both["active_against_passive"];
     assert_eq!(compared["pairs"].as_array().unwrap().len(), 5, "{compared}");
