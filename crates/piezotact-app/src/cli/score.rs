@@ -31,9 +31,7 @@ impl From<CurveName> for LevelCurve {
 /// Which difference decides.
 #[derive(Clone, Copy, Debug, clap::ValueEnum)]
 pub(crate) enum ModelName {
-    /// What is felt over time and by channel of receptors.
     Perceived,
-    /// The long-time spectra alone, as in earlier versions.
     Spectral,
 }
 
@@ -92,7 +90,7 @@ pub(crate) struct Score {
     /// The band in which A and B are compared, in Hz.
     #[arg(long, default_value = "20..1000")]
     pub(crate) band: Band,
-    /// Which difference decides. --jnd and --frequency-jnd concern the spectra alone.
+    /// Which difference decides: the perceived one, or that of long-time spectra, which --jnd and --frequency-jnd concern.
     #[arg(long, value_enum, default_value = "perceived")]
     pub(crate) model: ModelName,
     #[command(flatten)]

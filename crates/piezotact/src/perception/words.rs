@@ -80,8 +80,11 @@ impl PerceivedDifference {
         let mut blocks = vec![
             Block::conclusion(self.sentence(), self.criterion.outcome),
             Block::numbers(numbers),
-            self.table().into(),
         ];
+        let table = self.table();
+        if !table.rows.is_empty() {
+            blocks.push(table.into());
+        }
         blocks.extend(
             self.limitations
                 .iter()
