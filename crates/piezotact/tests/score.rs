@@ -445,7 +445,6 @@ fn sparse_events_are_not_below_the_threshold_for_being_rare() {
         })
     };
     assert!(!unfelt(&s), "{:?}", s.warnings);
-    // The spectra do not show it, and say so.
     let s = scored_by_spectra(&loud, &faint);
     assert!(
         s.reference_sensation_db <= 0.0,
@@ -518,7 +517,6 @@ fn what_cannot_be_scored_is_refused_with_what_to_do() {
             &parts,
         );
     }
-    // No other model takes its place.
     let slow = |n: usize| {
         let samples = (0..n).map(|i| (TAU * 60.0 * i as f64 / 500.0).sin());
         Series::<Acceleration>::new(samples.collect(), SampleRate::new(500.0).unwrap()).unwrap()
