@@ -9,7 +9,6 @@
 
 use piezotact::criterion::Outcome;
 use piezotact::verify::VerifyWarning;
-use piezotact::warning::{Few, FewWarning};
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
@@ -199,32 +198,6 @@ fn realisations_of_one_texture_are_not_distinguishable_in_30_s_and_the_limits_ho
     }
     assert_eq!(below, 12);
     assert!(wrong <= 2, "{wrong} of 12 intervals exclude 0");
-}
-
-/// Realisations of one texture are never told apart, and such as are 4.5 dB apart, two JND, are never below it, however short.
-#[test]
-fn a_short_recording_says_nothing_false() {
-    for samples in [1_500, 2_500, 5_000, 10_000, 20_000] {
-        let (mut below, mut told) = ([0; 2], [0; 2]);
-        for seed in 0..12 {
-            for (i, louder_db) in [0.0, 4.5].into_iter().enumerate() {
-                let test = texture(seed + 40, samples, 2.0, humps).amplified(Decibels(louder_db));
-                let s = scored(&texture(seed, samples, 2.0, humps), &test);
-                below[i] += usize::from(s.verdict == Verdict::BelowJnd);
-                told[i] += usize::from(matches!(s.verdict, Verdict::Distinguishable { .. }));
-                let few = |d: &Warning| {
-                    let what = Few::Segments;
-                    matches!(d.kind(), Some(FewWarning::Few { what: few, .. }) if few == what)
-                };
-                assert!(samples > 5_000 || s.warnings.iter().any(few));
-            }
-        }
-        eprintln!("{samples} samples: below {below:?}, told apart {told:?} of 12");
-        assert!(
-            told[0] == 0 && below[1] == 0,
-            "{samples}: {told:?} {below:?}"
-        );
-    }
 }
 
 #[test]
@@ -472,7 +445,6 @@ fn sparse_events_are_not_below_the_threshold_for_being_rare() {
         })
     };
     assert!(!unfelt(&s), "{:?}", s.warnings);
-    // The spectra do not show it, and say so.
     let s = scored_by_spectra(&loud, &faint);
     assert!(
         s.reference_sensation_db <= 0.0,
@@ -545,7 +517,6 @@ fn what_cannot_be_scored_is_refused_with_what_to_do() {
             &parts,
         );
     }
-    // No other model takes its place.
     let slow = |n: usize| {
         let samples = (0..n).map(|i| (TAU * 60.0 * i as f64 / 500.0).sin());
         Series::<Acceleration>::new(samples.collect(), SampleRate::new(500.0).unwrap()).unwrap()

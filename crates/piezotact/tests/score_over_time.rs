@@ -1,8 +1,12 @@
-//! What the score hears over time, at equal spectra.
+//! What the score hears over time, at equal spectra, and in a short time.
+#![allow(clippy::print_stderr, reason = "a test prints what it measured")]
 
 use std::f64::consts::TAU;
 
+use piezotact::Warning;
+use piezotact::quantity::Decibels;
 use piezotact::score::{Score, Verdict};
+use piezotact::warning::{Few, FewWarning};
 
 use crate::vibrations::{humps, scored, scored_by_spectra, series, texture};
 
@@ -57,6 +61,32 @@ fn amplitude_modulation_of_equal_energy_is_distinguishable() {
             !matches!(s.verdict, Verdict::Distinguishable { .. }),
             "{}",
             s.sentence
+        );
+    }
+}
+
+/// Realisations of one texture are never told apart, and such as are 4.5 dB apart, two JND, are never below it, however short.
+#[test]
+fn a_short_recording_says_nothing_false() {
+    for samples in [1_500, 2_500, 5_000, 10_000, 20_000] {
+        let (mut below, mut told) = ([0; 2], [0; 2]);
+        for seed in 0..12 {
+            for (i, louder_db) in [0.0, 4.5].into_iter().enumerate() {
+                let test = texture(seed + 40, samples, 2.0, humps).amplified(Decibels(louder_db));
+                let s = scored(&texture(seed, samples, 2.0, humps), &test);
+                below[i] += usize::from(s.verdict == Verdict::BelowJnd);
+                told[i] += usize::from(matches!(s.verdict, Verdict::Distinguishable { .. }));
+                let few = |d: &Warning| {
+                    let what = Few::Segments;
+                    matches!(d.kind(), Some(FewWarning::Few { what: few, .. }) if few == what)
+                };
+                assert!(samples > 5_000 || s.warnings.iter().any(few));
+            }
+        }
+        eprintln!("{samples} samples: below {below:?}, told apart {told:?} of 12");
+        assert!(
+            told[0] == 0 && below[1] == 0,
+            "{samples}: {told:?} {below:?}"
         );
     }
 }
