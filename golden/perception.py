@@ -138,8 +138,12 @@ def tapered(x, fs):
 
 def excite(x, fs, p):
     """Power over threshold of both channels, and the sum of power x ln f, at about 1 kHz; dt; spectrum; own ends."""
-    n = len(x)
     x, whole = tapered(x, fs)
+    if whole:
+        # What begins and ends by itself is felt alike with silence around it and without.
+        silence = np.zeros(math.floor(0.1 * fs + 0.5))
+        x = np.concatenate([silence, x, silence])
+    n = len(x)
     pad = fast_length(n + int(0.25 * fs))
     X = np.fft.rfft(x, pad)
     f = np.arange(len(X)) * (fs / pad)

@@ -66,13 +66,8 @@ pub fn add_over_time(found: &mut AcrossSamples, settings: &[Vec<Option<Perceived
             };
             let apart = a.mean.difference(&b.mean, &parameters);
             let several = a.recordings > 1 && b.recordings > 1;
-            let criterion = Criterion::new(
-                PairCriterion::OverTime,
-                "JND",
-                apart.jnd.value,
-                Some([apart.jnd.low, apart.jnd.high]),
-                limit(within[pair.a].max(within[pair.b])),
-            );
+            let within = within[pair.a].max(within[pair.b]);
+            let criterion = apart.judged(PairCriterion::OverTime, limit(within));
             // One recording does not say what recordings of a sample differ by, in the phases of its lines above all.
             pair.criteria.push(match criterion.outcome {
                 Outcome::NotMet if !several => Criterion {

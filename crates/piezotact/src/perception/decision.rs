@@ -262,6 +262,37 @@ impl Comparison<'_> {
     }
 }
 
+/// Channels this much weaker than the other one at a moment do not count there, dB.
+const WEAKER_DB: f64 = 10.0;
+/// So many steps are tried either way, as a person does not know when to begin: 0.25 s.
+const MOST_STEPS: usize = 25;
+
+/// The largest difference of the levels of two whole vibrations at one moment, dB, where they are aligned best; `None` of excerpts.
+///
+/// Formula: min over lags of max over moments and channels of |ΔL|.
+pub(super) fn moment_apart_db(a: &Felt, b: &Felt) -> Option<f64> {
+    let ([a, b], shortest) = ([&a.moments_db, &b.moments_db], MOST_STEPS + 1);
+    if a[0].len() < shortest || b[0].len() < shortest {
+        return None;
+    }
+    let apart = |[from_a, from_b]: [usize; 2]| {
+        let count = (a[0].len() - from_a).min(b[0].len() - from_b);
+        let of = |i: usize| {
+            let levels = [0, 1].map(|c| [a[c][from_a + i], b[c][from_b + i]]);
+            let strongest = levels.map(|both| both[0].max(both[1]));
+            let strongest_db = strongest[0].max(strongest[1]);
+            let counted = [0, 1].map(|c| match strongest[c] + WEAKER_DB >= strongest_db {
+                true => (levels[c][0] - levels[c][1]).abs(),
+                false => 0.0,
+            });
+            counted[0].max(counted[1])
+        };
+        (0..count).map(of).fold(0.0, f64::max)
+    };
+    let lags = (0..=MOST_STEPS).flat_map(|lag| [[lag, 0], [0, lag]]);
+    lags.map(apart).reduce(f64::min)
+}
+
 /// The share of right judgements of two intervals at `jnd` just-noticeable differences, %.
 ///
 /// Formula: 100·Φ(d′/√2), d′ = 1.16 JND.

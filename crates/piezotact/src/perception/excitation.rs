@@ -22,6 +22,9 @@ const SILENT: f64 = 0.02;
 /// The silence that is added behind a record, s.
 const PAD_S: f64 = 0.25;
 
+/// The silence that is added to both ends of a whole record, s.
+const LEAD_S: f64 = 0.1;
+
 /// What a vibration excites over time.
 pub(super) struct Excitation {
     /// Power over threshold: rapidly adapting, Pacinian.
@@ -94,8 +97,13 @@ fn demodulate(bins: &mut [Complex<f64>], transform: &mut RealTransform, df: f64,
 impl Excitation {
     /// Of acceleration `x`, m/s², of which the skin has the share `skin`, an amplitude ratio by frequency in Hz.
     pub(super) fn of(x: &[f64], rate_hz: f64, p: &Parameters, skin: &dyn Fn(f64) -> f64) -> Self {
+        let (mut x, whole) = faded(x, rate_hz);
+        if whole {
+            // What begins and ends by itself is felt alike with silence around it and without.
+            let silence = vec![0.0; (LEAD_S * rate_hz).round() as usize];
+            x = [silence.as_slice(), &x, &silence].concat();
+        }
         let n = x.len();
-        let (x, whole) = faded(x, rate_hz);
         let pad = fast_length(n + (PAD_S * rate_hz) as usize);
         let df = rate_hz / pad as f64;
         let mut transform = RealTransform::new(pad);

@@ -36,6 +36,12 @@ const WITHOUT_CHANCE: f64 = 0.15;
 /// A modulation of less than this share of the one that is felt has no logarithm.
 const LEAST_MODULATION: f64 = 0.01;
 
+/// The length of a moment and the time between two, s.
+const MOMENT_S: f64 = 0.050;
+pub(super) const MOMENT_STEP_S: f64 = 0.010;
+/// What is left out is felt from this power over threshold on: 6 dB.
+const LEFT_OUT: f64 = 4.0;
+
 /// The variance of a mean from the coefficients of what it is the mean of.
 type Variance = fn(&[f64; ALL]) -> f64;
 
@@ -62,6 +68,10 @@ pub(super) struct Felt {
     pub(super) brief_db: Option<[f64; 2]>,
     pub(super) events: Option<Sequence>,
     pub(super) rate: Option<Rate>,
+    /// The levels of both channels over time, dB, in means over 50 ms, 10 ms apart; empty but of what is whole.
+    pub(super) moments_db: [Vec<f64>; 2],
+    /// How long something is felt before and after what is compared, s.
+    pub(super) left_out_s: f64,
 }
 
 fn mean(values: &[f64]) -> f64 {
@@ -128,7 +138,15 @@ impl Felt {
             brief_db: brief_db([0, 1].map(|c| &tailed[c][on..off]), step_s, p),
             events: None,
             rate: None,
+            moments_db: Default::default(),
+            left_out_s: step_s
+                * (louder[..on].iter().chain(&louder[off..]))
+                    .filter(|power| **power >= LEFT_OUT)
+                    .count() as f64,
         };
+        if felt.whole {
+            felt.moments_db = [0, 1].map(|c| moments(&levels[c][on..off], step_s));
+        }
         felt.judge_time(&louder[on..off], step_s);
         felt
     }
@@ -202,6 +220,8 @@ impl Felt {
             ends_s: [0.0; 2],
             wait_s2: 0.0,
             events: None,
+            moments_db: Default::default(),
+            left_out_s: of(&|one| one.left_out_s),
             ..first.clone()
         })
     }
@@ -237,6 +257,13 @@ fn extent(louder: &[f64]) -> (usize, usize) {
         (Some(first), Some(last)) => (first, last + 1),
         _ => (0, louder.len()),
     }
+}
+
+/// The means of `level_db` over 50 ms, 10 ms apart.
+fn moments(level_db: &[f64], step_s: f64) -> Vec<f64> {
+    let count = |s: f64| ((s / step_s).round() as usize).max(1);
+    let windows = level_db.windows(count(MOMENT_S));
+    windows.step_by(count(MOMENT_STEP_S)).map(mean).collect()
 }
 
 /// The mean of `power`, weighted by itself: pauses do not count.

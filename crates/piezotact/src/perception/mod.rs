@@ -21,7 +21,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::criterion::{Criterion, Limit};
+use crate::criterion::{Criterion, Limit, Outcome};
 use crate::feature::Receptor;
 use crate::quantity::{Acceleration, Decibels, Hertz, Seconds};
 use crate::series::Series;
@@ -259,8 +259,23 @@ pub enum Limitation {
         /// Modulation from here on is compared.
         slowest: Hertz,
     },
+    /// What is felt before or after is too weak beside the rest to be compared.
+    LeftOut { felt_for: Seconds },
+    /// Both are whole, and their levels differ at a moment by more than the features show: events in another order, or one more.
+    Moment { difference: Decibels },
 }
 
+impl Limitation {
+    /// Whether it leaves open that the two are alike.
+    fn hides_a_difference(&self) -> bool {
+        matches!(self, Self::LeftOut { .. } | Self::Moment { .. })
+    }
+}
+
+/// What is felt for less long beside a stronger vibration is its ringing, s.
+const RINGING_S: f64 = 0.2;
+/// Levels that differ by less than this at a moment are alike, dB.
+const MOMENT_DB: f64 = 6.0;
 /// The highest level over threshold at which JND were measured, dB.
 const HIGHEST_MEASURED_DB: f64 = 48.0;
 
@@ -281,6 +296,16 @@ impl fmt::Display for Limitation {
                 f,
                 "an excerpt of {:.2} s: modulation below {:.1} Hz is not compared, and level and pitch are those of this part",
                 felt_for.0, slowest.0
+            ),
+            Self::LeftOut { felt_for } => write!(
+                f,
+                "for {:.2} s more, 25 dB or more below the strongest moment, something is felt that is not compared: compare it alone",
+                felt_for.0
+            ),
+            Self::Moment { difference } => write!(
+                f,
+                "at one moment the levels differ by {:.1} dB, more than the features of the model show: another order or number of events",
+                difference.0
             ),
         }
     }
@@ -418,6 +443,30 @@ impl PerceivedDifference {
         }
     }
 
+    /// Whether a limitation leaves open that the two are alike.
+    ///
+    /// Source: house rule.
+    #[must_use]
+    pub fn may_hide_more(&self) -> bool {
+        self.limitations.iter().any(Limitation::hides_a_difference)
+    }
+
+    /// The criterion `what` of the difference against `limit`: never met where a limitation may hide a difference.
+    ///
+    /// Source: house rule.
+    #[must_use]
+    pub fn judged<W>(&self, what: W, limit: Limit) -> Criterion<W> {
+        let jnd = self.jnd;
+        let criterion = Criterion::new(what, "JND", jnd.value, Some([jnd.low, jnd.high]), limit);
+        match criterion.outcome {
+            Outcome::Met if self.may_hide_more() => Criterion {
+                outcome: Outcome::NotDecided,
+                ..criterion
+            },
+            _ => criterion,
+        }
+    }
+
     fn between(a: &felt::Felt, b: &felt::Felt, parameters: &Parameters) -> Self {
         let decision = decision::decide(a, b, parameters);
         let jnd = decision.jnd;
@@ -442,9 +491,18 @@ impl PerceivedDifference {
             .chain(excerpts.map(|(felt_for, _)| Limitation::ShortExcerpt {
                 felt_for,
                 slowest: Hertz(modulation::MIN_PERIODS / felt_for.0),
-            }))
-            .collect();
-        Self {
+            }));
+        let left_out_s = a.left_out_s.max(b.left_out_s);
+        let left_out = (left_out_s >= RINGING_S).then_some(Limitation::LeftOut {
+            felt_for: Seconds(left_out_s),
+        });
+        let moment =
+            decision::moment_apart_db(a, b).filter(|db| *db > MOMENT_DB && jnd.value < 1.0);
+        let moment = moment.map(|db| Limitation::Moment {
+            difference: Decibels(db),
+        });
+        let limitations: Vec<Limitation> = limitations.chain(left_out).chain(moment).collect();
+        let mut found = Self {
             jnd,
             d_prime: jnd.map(|jnd| D_PRIME_OF_JND * jnd),
             percent_correct: jnd.map(percent_correct),
@@ -462,7 +520,10 @@ impl PerceivedDifference {
                 Limit::at_most(1.0),
             ),
             limitations,
-        }
+        };
+        let of_one = found.judged(Judged::PerceivedDifference, Limit::at_most(1.0));
+        found.criterion = of_one;
+        found
     }
 }
 

@@ -45,6 +45,12 @@ impl PerceivedDifference {
             }
             Outcome::Met => format!("below the just-noticeable difference: {range}"),
             Outcome::NotMet => format!("distinguishable: {range}; felt in {}", named.join("; ")),
+            Outcome::NotDecided if self.may_hide_more() && self.jnd.high <= 1.0 => {
+                let mut all = self.limitations.iter();
+                let why = all.find(|one| one.hides_a_difference());
+                let why = why.map_or_else(String::new, ToString::to_string);
+                format!("not decided: {range}; {why}")
+            }
             Outcome::NotDecided if named.is_empty() => {
                 format!("not decided: {range}; record longer")
             }

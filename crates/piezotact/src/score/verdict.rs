@@ -92,7 +92,9 @@ pub(super) fn perceived_criteria(found: &Perceived) -> Vec<Criterion<ScoreCriter
         true => within.max(SHORT_EXCERPTS_JND),
         false => within,
     });
-    criteria((jnd.value, [jnd.low, jnd.high]), limit, within_jnd)
+    let mut criteria = criteria((jnd.value, [jnd.low, jnd.high]), limit, within_jnd);
+    criteria[0] = (found.difference).judged(ScoreCriterion::JustNoticeableDifference, limit);
+    criteria
 }
 
 /// The criteria on the difference of the spectra.

@@ -370,6 +370,13 @@ fn time_course(levelled: &Score) -> (Separates, Vec<Contribution>, Criterion<Fel
         Some([jnd.low, jnd.high]),
         limit(found.within_jnd.unwrap_or(0.0)),
     );
+    let criterion = match criterion.outcome {
+        Outcome::Met if found.difference.may_hide_more() => Criterion {
+            outcome: Outcome::NotDecided,
+            ..criterion
+        },
+        _ => criterion,
+    };
     let mut main = found.difference.main_contributions();
     main.retain(|one| one.feature.is_of_time());
     (Separates::of(criterion.outcome, None), main, criterion)
