@@ -46,6 +46,19 @@ def value(dice: random.Random) -> Any:
     return {dice.choice(["acc", "fz", "drive", "", 3]): array(dice) for _ in range(dice.randrange(3))}
 
 
+def plausible_call(dice: random.Random, arguments: dict[str, list[str]]) -> None:
+    """A call that may well be right, with one odd argument every second time."""
+    name = dice.choice(["spectrum", "noise", "recording", "score", "strokes"])
+    named: dict[str, Any] = {}
+    for one in arguments[name + ":required"]:
+        values: Any = np.array([dice.gauss(0, 3) for _ in range(5000)]).astype(dice.choice(["f8", ">f4", "f4", "<i2"]))
+        named[one] = {"acc": values} if dice.random() < 0.3 else values[:: dice.choice([1, 1, -1, 2])]
+    named["rate"], named["unit"] = dice.choice([5000, 2000.5]), dice.choice(["m/s2", "g", "2 g"])
+    if dice.random() < 0.5:
+        named[dice.choice(arguments[name])] = dice.choice(ODD)
+    getattr(pz, name)(**named)
+
+
 def one_call(dice: random.Random, arguments: dict[str, list[str]]) -> None:
     name = dice.choice(NAMES if dice.random() < 0.5 else ["spectrum", "noise", "recording", "score"])
     function = getattr(pz, name)
@@ -83,14 +96,14 @@ def test_random_calls_give_results_or_exceptions(arguments: dict[str, list[str]]
     sizes = []
     for number in range(COUNT):
         try:
-            one_call(dice, arguments)
+            (plausible_call if dice.random() < 0.3 else one_call)(dice, arguments)
             given += 1
         except (pz.Error, TypeError, ValueError, OverflowError) as error:
             assert str(error), f"call {number} of seed {SEED} was refused without a sentence: {error!r}"
             refused += 1
         if number % 100 == 99:
             sizes.append(resident_mb())
-    assert given > COUNT // 20 and refused > COUNT // 3, (given, refused)
+    assert given > COUNT // 10 and refused > COUNT // 3, (given, refused)
     # After a quarter of the calls everything that is kept is there: what is freed late is a few MB.
     assert max(sizes[-5:]) < sizes[4] + 40, sizes
 

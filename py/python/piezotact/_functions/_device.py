@@ -123,7 +123,7 @@ def transfer(
     excitation: Literal["auto", "random", "impact"] | None = None,
     segment: int | None = None,
     force_window: Literal["on", "off"] | None = None,
-    exponential: float | None = None,
+    exponential: Text | None = None,
     estimator: Literal["h1", "h2", "hv"] | None = None,
     noise_ratio: float | None = None,
     known_input: bool = False,
@@ -169,7 +169,7 @@ def transfer(
         Samples in a segment. Default: 0.41 s, 2048 at 5 kHz; for impacts, twice as long as the response takes to decay.
     force_window : {'on', 'off'}, optional
         Impacts: whether the force is set to zero after its pulse, which leaves out its noise. Default: on.
-    exponential : float, optional
+    exponential : str or number, optional
         Impacts: an exponential window for force and response, with its added damping in 1/s; auto takes as much as
         leaves 1 % of the response at the end of the segment, if more is left there. Default: off.
     estimator : {'h1', 'h2', 'hv'}, optional
@@ -236,11 +236,11 @@ def characterise(
     *,
     excitation: Text | None = None,
     seconds: float | None = None,
-    repeats: int | None = None,
+    repeats: Text | None = None,
     gating: Literal["on", "off"] | None = None,
     force_tolerance: float | None = None,
     least_coherence: float | None = None,
-    attempts: int | None = None,
+    attempts: Text | None = None,
     load: float | None = None,
     angle: float | None = None,
     band: Text | None = None,
@@ -273,7 +273,7 @@ def characterise(
         separates noise from distortion. Default: random.
     seconds : float, optional
         Maximum duration of the drive, in s. Default: 60.
-    repeats : int, optional
+    repeats : str or number, optional
         Number of measurements without repositioning the finger; the estimate uses all of them. Default: 1.
     gating : {'on', 'off'}, optional
         Whether a measurement is stopped and repeated when the force or the coherence is outside its limits. Default:
@@ -282,7 +282,7 @@ def characterise(
         Largest relative deviation from the load of the mean force in every ten seconds; default 0.1.
     least_coherence : float, optional
         Smallest median coherence over the excited frequency lines in every ten seconds; default 0.9.
-    attempts : int, optional
+    attempts : str or number, optional
         Largest number of attempts at one measurement. Default: 3.
     load : float, optional
         The normal force that the participant holds, in N; default: that of the measured bench, otherwise 0.2.

@@ -98,7 +98,7 @@ def eeg_erd(
     epoch: Text | None = None,
     band: Text | Sequence[Text] | None = None,
     region: Text | Sequence[Text] | None = None,
-    cycles: float | None = None,
+    cycles: Text | None = None,
     order: Literal["power-first", "percent-of-each-epoch"] | None = None,
     min_epochs: int | None = None,
     electrodes: Path | None = None,
@@ -145,7 +145,7 @@ def eeg_erd(
     region : str or number, or a list, optional
         A region, and the electrodes whose changes are averaged; several are allowed. Default: C3, Cz and C4, those of
         them that were recorded.
-    cycles : float, optional
+    cycles : str or number, optional
         The cycles of the wavelets: a number, or f/2 for half the frequency in Hz (80 ms SD at every frequency).
         Default: f/2.
     order : {'power-first', 'percent-of-each-epoch'}, optional

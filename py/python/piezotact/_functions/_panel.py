@@ -150,7 +150,7 @@ class PanelAverage(Result):
 
 def panel_run(
     bench: Text,
-    participants: int,
+    participants: Text,
     *,
     discard_raw: bool = False,
     loads: float | Sequence[float] | None = None,
@@ -162,7 +162,7 @@ def panel_run(
     gating: Literal["on", "off"] | None = None,
     force_tolerance: float | None = None,
     least_coherence: float | None = None,
-    attempts: int | None = None,
+    attempts: Text | None = None,
     band: Text | None = None,
     peak: float | None = None,
     segment: int | None = None,
@@ -178,7 +178,7 @@ def panel_run(
     bench : str or number
         The bench: twin, or twin:seed=N,gain=B3,device=NAME|FILE.toml; or fake:FILE.toml, which follows the script in
         FILE.toml and simulates device faults, for tests and for training; `participants` gives the participants.
-    participants : int
+    participants : str or number
         The participants, such as 1..5 or 1,3,7.
     discard_raw : bool, optional
         Discards the raw recordings of this command at its end; by default they are kept in the folder `raw` of the
@@ -202,7 +202,7 @@ def panel_run(
         Largest relative deviation from the load of the mean force in every ten seconds; default 0.1.
     least_coherence : float, optional
         Smallest median coherence over the excited frequency lines in every ten seconds; default 0.9.
-    attempts : int, optional
+    attempts : str or number, optional
         Largest number of attempts at one measurement. Default: 3.
     band : str or number, optional
         The band that is excited, in Hz. Default: 2..1200.

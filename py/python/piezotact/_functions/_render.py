@@ -285,14 +285,14 @@ def render(
     part: int | None = None,
     gain: Text | None = None,
     device: Text | None = None,
-    level: float | None = None,
-    drive_rate: Text | None = None,
+    level: Text | None = None,
+    drive_rate: int | None = None,
     inverse: Literal["plain", "constant", "coherence", "drive-limited"] | None = None,
     fade: float | None = None,
     phase: Literal["linear", "minimum"] | None = None,
     mode: Literal["replicate", "texture"] | None = None,
     bench: Text | Sequence[Text] | None = None,
-    iterations: int | None = None,
+    iterations: Text | None = None,
     load: float | None = None,
     angle: float | None = None,
     record: Path | None = None,
@@ -339,10 +339,10 @@ def render(
     device : str or number, optional
         The amplifier and the actuator, drv2667, fixed or a TOML file that describes them; must be those the transfer
         function was measured with.
-    level : float, optional
+    level : str or number, optional
         Raises or lowers the level of the texture by this many dB; `fit`: its own level, lowered only as much as the
         device requires. Default: 0.
-    drive_rate : str or number, optional
+    drive_rate : int, optional
         The rate of the drive, in Hz. Default: 48000.
     inverse : {'plain', 'constant', 'coherence', 'drive-limited'}, optional
         How the transfer function is inverted: plain (division, as in the thesis), constant (regularised), coherence
@@ -363,7 +363,7 @@ def render(
         placements in the panel; or fake:FILE.toml,participant=K, which follows the script in FILE.toml and simulates
         device faults, for tests and for training. May be repeated: one for each `transfer`; a single bench is used for
         all of them.
-    iterations : int, optional
+    iterations : str or number, optional
         Largest number of corrections, default 6; every drive is played twice, and the best drive once more.
     load : float, optional
         The normal force that the participant holds, in N; default: that of the measured bench, otherwise 0.2.
@@ -435,11 +435,11 @@ def prepare(
     bench: Text | None = None,
     out: Path | None = None,
     band: Text | None = None,
-    level: float | None = None,
-    drive_rate: Text | None = None,
+    level: Text | None = None,
+    drive_rate: int | None = None,
     inverse: Literal["plain", "constant", "coherence", "drive-limited"] | None = None,
     mode: Literal["replicate", "texture"] | None = None,
-    iterations: int | None = None,
+    iterations: Text | None = None,
     report: Path | None = None,
     csv: Path | None = None,
     figures: Path | None = None,
@@ -507,16 +507,16 @@ def prepare(
         which is removed with the result.
     band : str or number, optional
         The band that is rendered and compared, in Hz. Default: 20..1000.
-    level : float, optional
+    level : str or number, optional
         The level re the strokes: `common`, one level for all textures, lowered only as much as the device requires;
         `fit`, for each texture its own; or a number, in dB. Default: common.
-    drive_rate : str or number, optional
+    drive_rate : int, optional
         The rate of the drives, in Hz. Default: 48000.
     inverse : {'plain', 'constant', 'coherence', 'drive-limited'}, optional
         How the transfer function is inverted, as in `piezotact render`. Default: constant.
     mode : {'replicate', 'texture'}, optional
         Corrects each drive in a closed loop on `bench`: `replicate` corrects the waveform, `texture` the spectrum.
-    iterations : int, optional
+    iterations : str or number, optional
         Largest number of corrections, default 6.
     report : path, optional
         Writes a report: the conclusion, the numbers, tables, figures, and how it was made.

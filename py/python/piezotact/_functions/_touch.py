@@ -85,7 +85,7 @@ def strokes(
     rate: float | None = None,
     part: int | None = None,
     by: Text | None = None,
-    high_pass: float | None = None,
+    high_pass: Text | None = None,
     segment: int | None = None,
     ridge: Text | None = None,
     set: Path | None = None,
@@ -145,7 +145,7 @@ def strokes(
     by : str or number, optional
         The grouping for the averages: sample, speed, participant, touch, load, direction, file, or a label of the
         recordings, such as a field of `meta`. Default: by sample if all recordings name one, otherwise by file.
-    high_pass : float, optional
+    high_pass : str or number, optional
         Cut-off, in Hz, of the high-pass filter that removes the movement of the hand (the gesture), or none. Default: 5
         Hz for accelerations, none for signals of another or an unknown quantity.
     segment : int, optional
@@ -211,7 +211,7 @@ def cut(
     rate: float | None = None,
     part: int | None = None,
     write_cuts: Path | None = None,
-    high_pass: float | None = None,
+    high_pass: Text | None = None,
     segment: int | None = None,
     ridge: Text | None = None,
     set: Path | None = None,
@@ -270,7 +270,7 @@ def cut(
         warning.
     write_cuts : path, optional
         Writes the strokes and the rejected parts of one recording as a file of cuts that can be edited.
-    high_pass : float, optional
+    high_pass : str or number, optional
         Cut-off, in Hz, of the high-pass filter that removes the movement of the hand (the gesture), or none. Default: 5
         Hz for accelerations, none for signals of another or an unknown quantity.
     segment : int, optional
@@ -339,7 +339,7 @@ def compare(
     jnd: float | None = None,
     frequency_jnd: float | None = None,
     contact_map: Path | None = None,
-    high_pass: float | None = None,
+    high_pass: Text | None = None,
     segment: int | None = None,
     ridge: Text | None = None,
     set: Path | None = None,
@@ -407,7 +407,7 @@ def compare(
     contact_map : path, optional
         The measured ratio of skin to nail vibration: a table of frequency (Hz) and skin over nail (dB, or ratio). By
         default, skin and nail are assumed to move equally.
-    high_pass : float, optional
+    high_pass : str or number, optional
         Cut-off, in Hz, of the high-pass filter that removes the movement of the hand (the gesture), or none. Default: 5
         Hz for accelerations, none for signals of another or an unknown quantity.
     segment : int, optional
