@@ -241,7 +241,7 @@ fn a_modulation_of_one_spectrum_separates_by_time_course_alone() {
         let rate_hz = flat.rate().hz();
         let samples = flat.samples().iter().enumerate();
         let at = |(i, v): (usize, &f64)| {
-            let carrier = (std::f64::consts::TAU * 5.0 * i as f64 / rate_hz).sin();
+            let carrier = (TAU * 5.0 * i as f64 / rate_hz).sin();
             v * (1.0 + depth * carrier) / (1.0 + 0.5 * depth * depth).sqrt()
         };
         Series::new(samples.map(at).collect(), flat.rate()).unwrap()
