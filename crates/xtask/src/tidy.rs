@@ -142,12 +142,13 @@ const FORBIDDEN_IN_SCIENCE: [&str; 8] = [
 /// The largest number of lines of a file.
 const LONGEST_FILE: usize = 700;
 /// Suffixes of names that state the unit of a number, or that it has none.
-const UNIT_SUFFIXES: [&str; 26] = [
+const UNIT_SUFFIXES: [&str; 27] = [
     "_hz",
     "_s",
     "_n",
     "_v",
     "_db",
+    "_jnd",
     "_m",
     "_kg",
     "_f",

@@ -236,13 +236,7 @@ impl Pair {
         }
         let spectra = Distinguishability::by_spectra(&self.criteria);
         if spectra == Distinguishability::BelowJnd {
-            return match self.outcome_of(PairCriterion::OverTime) {
-                Some(Outcome::NotMet) => {
-                    "chance, a machine or the sensors may make the difference over time"
-                }
-                _ => "over time it is not decided: record each sample several times, at 1 kHz or faster",
-            }
-            .into();
+            return self.time_open_because().into();
         }
         if is(PairCriterion::JustNoticeableDifference, Outcome::Met) {
             return "a difference may lie around the lines that are left out".into();
@@ -282,6 +276,28 @@ impl Pair {
     pub fn felt_in_words(&self) -> String {
         let features: Vec<String> = self.felt_in.iter().map(ToString::to_string).collect();
         features.join(" and ")
+    }
+
+    /// Why the time course decides nothing of two samples whose spectra are alike.
+    fn time_open_because(&self) -> &'static str {
+        let mut criteria = self.criteria.iter();
+        let time = criteria.find(|c| c.what == PairCriterion::OverTime);
+        let low = time.and_then(|c| c.interval).map(|[low, _]| low);
+        match (low, time.map(|c| c.outcome)) {
+            (None, _) => "the time course is not known: record at 1 kHz or faster",
+            (_, Some(Outcome::NotMet))
+                if self.outcome_of(PairCriterion::ChanceOverTime) == Some(Outcome::Met) =>
+            {
+                "lines of a machine, the mains or the sensors may make the difference over time"
+            }
+            (_, Some(Outcome::NotMet)) => {
+                "chance may make the difference over time: record each sample more often"
+            }
+            (Some(low), _) if low > 1.0 => {
+                "over time they differ, but recordings of one sample may do so too: record each several times"
+            }
+            _ => "over time the difference is in the range of the just-noticeable difference",
+        }
     }
 
     /// Whether no division of the units of both samples has a larger distance; of samples with as many units, two are the same.

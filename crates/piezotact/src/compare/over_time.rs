@@ -14,7 +14,7 @@ const HALVINGS: usize = 99;
 /// The divisions of strokes among recordings that are looked at.
 const SHUFFLES: usize = 199;
 /// The largest number of divisions drawn for one pair.
-const MOST_DRAWS: usize = 20_000;
+const MOST_DRAWS: usize = 8000;
 
 /// What is felt of the strokes of a sample, by recording.
 pub type PerceivedStrokes = Vec<Vec<PerceivedVibration>>;
@@ -188,7 +188,7 @@ fn apart_jnd(
 fn test(found: &mut AcrossSamples, samples: &[Vec<Option<Sample>>], parameters: &Parameters) {
     let (alpha, seed) = (found.config.alpha, found.config.seed);
     let places: Vec<Vec<(usize, usize)>> = by_name(&found.settings).into_values().collect();
-    let draws = (200 * places.len()).clamp(2000, MOST_DRAWS) - 1;
+    let draws = (40 * places.len()).clamp(2000, MOST_DRAWS) - 1;
     let mut p_values = vec![1.0; places.len()];
     let mut tested = BTreeMap::new();
     for (family, places) in places.iter().enumerate() {

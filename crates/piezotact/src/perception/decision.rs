@@ -161,10 +161,10 @@ impl Comparison<'_> {
         }
     }
 
-    /// The slow course; two excerpts have no common begin, and none.
+    /// The slow course; two excerpts have no common begin, and none, unless both are means over repetitions.
     fn course(&mut self) {
         let (a, b, p) = (self.a, self.b, self.p);
-        if !(a.whole || b.whole) {
+        if !(a.whole || b.whole || a.repeated && b.repeated) {
             return;
         }
         let length_s = (a.length_s * b.length_s).sqrt();
@@ -293,7 +293,7 @@ pub(super) fn moment_apart_db(a: &Felt, b: &Felt) -> Option<f64> {
     lags.map(apart).reduce(f64::min)
 }
 
-/// The share of right judgements of two intervals at `jnd` just-noticeable differences, %.
+/// The share of right judgements of two intervals at `difference_jnd` just-noticeable differences, %.
 ///
 /// Formula: 100·Φ(d′/√2), d′ = 1.16 JND.
 ///
@@ -303,6 +303,6 @@ pub(super) fn moment_apart_db(a: &Felt, b: &Felt) -> Option<f64> {
 /// assert!((piezotact::perception::percent_correct(1.0) - 79.4).abs() < 0.1);
 /// ```
 #[must_use]
-pub fn percent_correct(jnd: f64) -> f64 {
-    50.0 * statrs::function::erf::erfc(-0.5 * D_PRIME_OF_JND * jnd)
+pub fn percent_correct(difference_jnd: f64) -> f64 {
+    50.0 * statrs::function::erf::erfc(-0.5 * D_PRIME_OF_JND * difference_jnd)
 }

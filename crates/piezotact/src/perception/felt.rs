@@ -70,6 +70,8 @@ pub(super) struct Felt {
     pub(super) rate: Option<Rate>,
     /// The levels of both channels over time, dB, in means over 50 ms, 10 ms apart; empty but of what is whole.
     pub(super) moments_db: [Vec<f64>; 2],
+    /// Whether it is the mean of excerpts at the same place of a movement, whose course is repeated.
+    pub(super) repeated: bool,
     /// How long something is felt before and after what is compared, s.
     pub(super) left_out_s: f64,
 }
@@ -139,6 +141,7 @@ impl Felt {
             events: None,
             rate: None,
             moments_db: Default::default(),
+            repeated: false,
             left_out_s: step_s
                 * (louder[..on].iter().chain(&louder[off..]))
                     .filter(|power| **power >= LEFT_OUT)
@@ -153,7 +156,7 @@ impl Felt {
 
     /// The mean of excerpts of one texture; `None` of nothing.
     pub(super) fn mean(all: &[&Self]) -> Option<Self> {
-        let first = *all.first()?;
+        all.first()?;
         let of = |value: &dyn Fn(&Self) -> f64| {
             mean(&all.iter().map(|one| value(one)).collect::<Vec<_>>())
         };
@@ -220,9 +223,22 @@ impl Felt {
             ends_s: [0.0; 2],
             wait_s2: 0.0,
             events: None,
+            course: std::array::from_fn(|c| std::array::from_fn(|k| of(&|one| one.course[c][k]))),
+            chance: std::array::from_fn(|c| {
+                // As one coefficient of noise scatters: those of its course fall with their number.
+                let coefficient = |k: usize| {
+                    let falls = (k + 1) as f64 / SLOW as f64;
+                    error(
+                        all.iter()
+                            .map(|one| [one.course[c][k], one.chance[c] / falls])
+                            .collect(),
+                    ) * falls
+                };
+                mean(&(0..SLOW).map(coefficient).collect::<Vec<_>>())
+            }),
+            repeated: all.len() > 2,
             moments_db: Default::default(),
             left_out_s: of(&|one| one.left_out_s),
-            ..first.clone()
         })
     }
 

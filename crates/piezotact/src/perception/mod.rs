@@ -402,8 +402,8 @@ impl PerceivedVibration {
         felt(what, x, parameters.checked()?, &skin).map(Self)
     }
 
-    /// The mean of `excerpts` of one texture: their order and their ends say nothing, and what they differ by is the error of the mean;
-    /// `None` of nothing.
+    /// The mean of `excerpts` of one texture, such as strokes: their ends say nothing, what they differ by is the error of the mean, and a
+    /// course counts that three or more have in common; `None` of nothing.
     ///
     /// Formula: means of powers, of ln f and of dB; the squared standard error is the larger of the mean of those of the excerpts and of the
     /// variance between them, over their number.

@@ -6,17 +6,20 @@ use crate::page::{Block, Cell, Column, Number, Table, fixed};
 
 /// Features with a smaller share of the difference are not named.
 const NAMED_SHARE: f64 = 0.1;
+/// Those of a smaller difference neither, JND.
+const NAMED_JND: f64 = 0.3;
 /// At most so many are named.
 const NAMED: usize = 3;
 
 impl PerceivedDifference {
-    /// The features that make most of the difference, the largest first: those with a tenth of it or more, three at most.
+    /// The features that make most of the difference, the largest first: those with a tenth of it or more, three at most; none below 0.3
+    /// JND.
     #[must_use]
     pub fn main_contributions(&self) -> Vec<Contribution> {
         let large = self
             .contributions
             .iter()
-            .filter(|one| one.share >= NAMED_SHARE);
+            .filter(|one| self.jnd.value >= NAMED_JND && one.share >= NAMED_SHARE);
         large.take(NAMED).copied().collect()
     }
 
