@@ -92,9 +92,9 @@ impl Shown for BetweenChannels {
 /// The transfer function between two channels of `recording`, in the unit of the response per unit of the drive, with the warnings
 /// about all its channels: a fault of the pair is one warning about both channels.
 ///
-/// Formula: that of [`estimate_without`], after [`prepared`] brought both on one clock.
+/// Formula: that of [`super::estimate_without`], after [`prepared`] brought both on one clock.
 ///
-/// Source: as [`estimate_without`].
+/// Source: as [`super::estimate_without`].
 ///
 /// # Errors
 /// [`TransferError`] for channels that are missing, the same, constant, on two clocks or not in V where volts are stated, and for
