@@ -90,3 +90,29 @@ fn a_short_recording_says_nothing_false() {
         );
     }
 }
+
+/// The halves of a sweep and of a sequence differ by nature: that does not hide that people tell them from their reverse.
+#[test]
+fn stimuli_without_chance_are_judged_by_the_difference_alone() {
+    let tone = |hz: f64| {
+        move |i: usize| {
+            let inside = (i.min(4999 - i) as f64 / 250.0).min(1.0);
+            3.0 * inside * (TAU * hz * i as f64 / 5000.0).sin()
+        }
+    };
+    let one = |hz: f64| (0..5000).map(tone(hz)).collect::<Vec<f64>>();
+    let joined = |first: f64, second: f64| series([one(first), one(second)].concat());
+    for (a, b) in [
+        (series(one(200.0)), series(one(300.0))),
+        (joined(100.0, 200.0), joined(200.0, 100.0)),
+    ] {
+        let found = scored(&a, &b);
+        assert!(
+            matches!(found.verdict, Verdict::Distinguishable { .. }),
+            "{}",
+            found.sentence
+        );
+    }
+    let again = scored(&joined(100.0, 200.0), &joined(100.0, 204.0));
+    assert_eq!(again.verdict, Verdict::BelowJnd, "{}", again.sentence);
+}

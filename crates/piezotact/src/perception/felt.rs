@@ -119,10 +119,9 @@ impl Felt {
         let courses = [&levels[0], &levels[1], &pitch.moved];
         let length_s = n as f64 * step_s;
         let level_error_db = [0, 1].map(|c| level_error_db(&envelopes[c][on..off], variance));
-        let stronger = usize::from(level[0] <= level[1]);
         let mut felt = Self {
             length_s,
-            whole: excitation.whole || level_error_db[stronger] * length_s.sqrt() < WITHOUT_CHANCE,
+            whole: excitation.whole,
             level,
             level_error_db,
             log_hz,
@@ -147,6 +146,7 @@ impl Felt {
                     .filter(|power| **power >= LEFT_OUT)
                     .count() as f64,
         };
+        felt.whole |= felt.is_without_chance();
         if felt.whole {
             felt.moments_db = [0, 1].map(|c| moments(&levels[c][on..off], step_s));
         }
@@ -240,6 +240,12 @@ impl Felt {
             moments_db: Default::default(),
             left_out_s: of(&|one| one.left_out_s),
         })
+    }
+
+    /// Whether it is a stimulus and no excerpt: there is no chance in its level.
+    pub(super) fn is_without_chance(&self) -> bool {
+        let stronger = usize::from(self.level[0] <= self.level[1]);
+        self.level_error_db[stronger] * self.length_s.sqrt() < WITHOUT_CHANCE
     }
 
     fn judge_time(&mut self, louder: &[f64], step_s: f64) {

@@ -232,6 +232,9 @@ pub struct PerceivedDifference {
     pub felt_for: [Seconds; 2],
     /// Whether they are whole or cut out of longer ones.
     pub records: [Record; 2],
+    /// Whether there is no chance in either: they are stimuli, and no excerpts of a texture.
+    #[serde(skip)]
+    pub without_chance: bool,
     /// Whether the difference is below one JND.
     pub criterion: Criterion<Judged>,
     /// Beyond which what was measured with people it lies.
@@ -512,6 +515,7 @@ impl PerceivedDifference {
             sensation_level,
             felt_for,
             records,
+            without_chance: a.is_without_chance() && b.is_without_chance(),
             criterion: Criterion::new(
                 Judged::PerceivedDifference,
                 "JND",

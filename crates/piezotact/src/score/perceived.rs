@@ -27,7 +27,8 @@ pub struct Perceived {
     #[serde(flatten)]
     pub difference: PerceivedDifference,
     /// Twice what parts of one recording are apart, JND: halves, or the two quarters that differ most, of the one in which they differ more;
-    /// absent where they are too short, or where one waveform follows the other.
+    /// absent where they are too short, where one waveform
+    /// follows the other, and of stimuli without chance.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub within_jnd: Option<f64>,
 }
@@ -123,6 +124,8 @@ pub(super) fn perceived(
     refuse(both, [&a, &b], difference.records)?;
     let within_jnd = match extent {
         Extent::SharedPart => None,
+        // The parts of a rhythm or a sweep differ by nature.
+        Extent::WholeOfEach if difference.without_chance => None,
         Extent::WholeOfEach => [&a, &b]
             .into_iter()
             .filter_map(|x| parts(x, config))
