@@ -90,20 +90,24 @@ fn a_louder_texture_is_distinguishable_by_as_many_jnd_as_it_is_louder() {
     folder.write("a.wav", realisation(0, 5_000, 0.5));
     folder.write(
         "b.wav",
-        realisation(1, 5_000, 0.5 * 10f64.powf(3.16 / 20.0)),
+        realisation(1, 5_000, 0.5 * 10f64.powf(4.74 / 20.0)),
     );
     let of = |more: &[&str]| score(&folder, "a.wav", "b.wav", &[&["--json"], more].concat()).json();
-    let twice = of(&[]);
-    assert_eq!(twice["verdict"]["is"], "distinguishable");
-    assert_eq!(twice["verdict"]["how"][0], "louder");
-    assert!(
-        (twice["level"]["jnd"].as_f64().unwrap() - 2.0).abs() < 0.1,
+    let found = of(&[]);
+    assert_eq!(
+        found["verdict"]["is"], "distinguishable",
         "{}",
-        twice["level"]
+        found["sentence"]
+    );
+    assert_eq!(found["verdict"]["how"][0], "louder");
+    assert!(
+        (found["level"]["jnd"].as_f64().unwrap() - 3.0).abs() < 0.1,
+        "{}",
+        found["level"]
     );
     // With a JND twice as large, half as many of them; a distinguishable pair is a result, not a failure.
-    let once = of(&["--jnd", "3.16"]);
-    assert!((once["level"]["jnd"].as_f64().unwrap() - 1.0).abs() < 0.1);
+    let half = of(&["--jnd", "3.16"]);
+    assert!((half["level"]["jnd"].as_f64().unwrap() - 1.5).abs() < 0.1);
     let band = of(&["--band", "100..300"]);
     assert_eq!(band["config"]["band"], serde_json::json!([100.0, 300.0]));
 }
@@ -129,9 +133,9 @@ fn what_cannot_be_scored_is_refused_and_what_is_questionable_is_said() {
     score(&folder, "a.wav", "silent.wav", &[]).expect_failure(1, &["the test has no signal"]);
     // By the model from 0.3 s on, with what is not compared; by spectra from a segment on. One model never takes the place of the other.
     let spectral = ["--model", "spectral"];
-    let done = score(&folder, "a.wav", "short.wav", &[]);
-    done.expect_success();
-    assert!(done.out().contains("an excerpt of 0.4"), "{}", done.out());
+    let done = score(&folder, "a.wav", "short.wav", &["--json"]).json();
+    let limitation = &done["perceived"]["limitations"][0];
+    assert_eq!(limitation["is"], "short_excerpt", "{done}");
     score(&folder, "a.wav", "short.wav", &spectral)
         .expect_failure(1, &["0.82 s", "0.400 s", "record longer"]);
     score(&folder, "a.wav", "shorter.wav", &[])
