@@ -61,8 +61,8 @@ class Parameters:
 # Standard errors squared that are taken off: level, pitch; modulation; course (x 2.5 for pitch); rise and fall.
 TAKEN_OFF, OFF_MODULATION, OFF_COURSE, OFF_PITCH_COURSE, OFF_RISE = 5.0, 9.0, 4.0, 10.0, 25.0
 # Ratio by which the JND of a feature may be smaller or larger (published ranges).
-RANGES = {"level": 1.25, "pitch": 1.4, "pulse rate": 1.5, "duration": 1.2, "rise": 1.5, "fall": 1.5, "accents": 1.3,
-          "rhythm": 1.3, "course of level": 1.4, "course of pitch": 1.4, "modulation": 1.4, "dip": 1.5, "bump": 1.5}
+RANGES = {"level": 1.35, "pitch": 1.6, "pulse rate": 1.8, "duration": 1.3, "rise": 1.8, "fall": 1.8, "accents": 1.4,
+          "rhythm": 1.4, "course of level": 1.4, "course of pitch": 1.6, "modulation": 1.5, "dip": 1.6, "bump": 1.6}
 
 
 def threshold_ra(f, p):

@@ -2,7 +2,9 @@
 //! their own.
 
 mod layout;
+mod rows;
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use piezotact::Warning;
@@ -20,6 +22,7 @@ use crate::stated_rate::is_same_rate;
 use crate::text::{FEW_ROWS, decimals_of, text_of};
 use crate::time_column::is_time;
 use layout::{Layout, layout, rates_in, start_in};
+use rows::Rows;
 
 /// More columns than this are no channels: samples stand in rows.
 const MOST_COLUMNS: usize = 4096;
@@ -40,17 +43,8 @@ pub(crate) fn read_table(
     } = layout(&text);
     let wrong =
         |expected: &str, found: String, todo: &str| ReadError::content(path, expected, found, todo);
-    let records = || {
-        csv::ReaderBuilder::new()
-            .delimiter(delimiter)
-            .has_headers(false)
-            .flexible(true)
-            .trim(csv::Trim::All)
-            .from_reader(text.as_bytes())
-            .into_records()
-    };
     let mut warnings = Vec::from_iter(skipped(&above));
-    let signs = signs_in(text, delimiter, &mut warnings, records).map_err(|found| {
+    let signs = signs_in(text, delimiter, &mut warnings).map_err(|found| {
         wrong(
             "numbers whose decimal sign is known",
             format!(
@@ -60,47 +54,41 @@ pub(crate) fn read_table(
             "export the table without separators of thousands, or with another number of decimals",
         )
     })?;
-    let rows = records().enumerate();
-    let is_empty = |row: &csv::StringRecord| row.iter().all(str::is_empty);
-    let mut rows = rows
-        .filter(|(_, row)| !row.as_ref().is_ok_and(is_empty))
-        .peekable();
+    let mut rows = Rows::of(text, delimiter);
     let number = |cell: &str| match signs {
         Some(signs) => signs.number(cell),
         None => cell.parse().ok(),
     };
 
-    let header = match rows.next() {
-        Some((_, Ok(row))) => row,
-        _ => {
-            return Err(wrong(
-                "a table with a header",
-                "nothing".into(),
-                "check the file",
-            ));
-        }
+    let mut cells: Vec<Cow<'_, str>> = Vec::new();
+    let Some(Ok(_)) = rows.next(&mut cells) else {
+        return Err(wrong(
+            "a table with a header",
+            "nothing".into(),
+            "check the file",
+        ));
     };
-    let mut columns = columns_of(path, &header, &number)?;
+    let mut columns = columns_of(path, &cells, &number)?;
     let width = columns.len();
     let mut cells_of = Vec::new();
     let mut second = true;
     let mut last_row = lines_above + 1;
     let has_end = text.ends_with(['\n', '\r']);
     let mut decimals = Vec::<usize>::new();
-    while let Some((at, row)) = rows.next() {
+    while let Some(at) = rows.next(&mut cells) {
+        let at =
+            at.map_err(|error| wrong("rows of numbers", error.to_string(), "repair the file"))?;
         let line = at + 1 + lines_above;
-        let row =
-            row.map_err(|error| wrong("rows of numbers", error.to_string(), "repair the file"))?;
-        if let Some(extra) = row.iter().skip(width).find(|cell| !cell.is_empty()) {
+        if let Some(extra) = cells.iter().skip(width).find(|cell| !cell.is_empty()) {
             return Err(wrong(
                 &format!("{width} columns in every row, as in the header"),
                 format!("one more, `{extra}`, in row {line}"),
                 "if the numbers have decimal commas, export with semicolons or tabs between columns",
             ));
         }
-        let cells: Vec<&str> = row.iter().take(width).collect();
-        let is_moment = |cell: &&str| Stamp::of(cell).is_some() || is_date(cell);
-        let is_value = |cell: &&str| number(cell).is_some() || is_moment(cell);
+        cells.truncate(width);
+        let is_moment = |cell: &str| Stamp::of(cell).is_some() || is_date(cell);
+        let is_value = |cell: &Cow<'_, str>| number(cell).is_some() || is_moment(cell);
         if std::mem::take(&mut second) && !cells.iter().any(is_value) {
             for (column, unit) in columns.iter_mut().zip(&cells) {
                 column.unit = Some(unit.trim_matches(['(', ')', '[', ']']).to_owned());
@@ -108,7 +96,7 @@ pub(crate) fn read_table(
             continue;
         }
         let count = columns.first().map_or(0, |column| column.values.len());
-        if !has_end && rows.peek().is_none() && count >= FEW_ROWS {
+        if !has_end && count >= FEW_ROWS && rows.is_at_end() {
             // Where every number has as many decimals, this one is whole.
             let is_whole = cells.len() == width
                 && cells
@@ -142,9 +130,11 @@ pub(crate) fn read_table(
             let value = value.ok_or_else(|| no_number(path, column, cell, line))?;
             column.values.push(value);
         }
-        let own = cells.last().and_then(|cell| decimals_of(cell)).unwrap_or(0);
-        if decimals.len() < 2 && !decimals.contains(&own) {
-            decimals.push(own);
+        if !has_end && decimals.len() < 2 {
+            let own = cells.last().and_then(|cell| decimals_of(cell)).unwrap_or(0);
+            if !decimals.contains(&own) {
+                decimals.push(own);
+            }
         }
         last_row = line;
     }
@@ -246,14 +236,14 @@ fn skipped(above: &[&str]) -> Option<Warning> {
 /// The empty columns that a header names.
 fn columns_of(
     path: &Path,
-    header: &csv::StringRecord,
+    header: &[Cow<'_, str>],
     number: &dyn Fn(&str) -> Option<f64>,
 ) -> Result<Vec<Column>, ReadError> {
     if header.iter().all(|cell| number(cell).is_some()) {
         return Err(ReadError::content(
             path,
             "a header with the names of the channels in the first row",
-            format!("numbers ({})", header.iter().next().unwrap_or("")),
+            format!("numbers ({})", header.first().map_or("", AsRef::as_ref)),
             "add a header such as `time (s),acc (m/s2)`",
         ));
     }
@@ -268,7 +258,7 @@ fn columns_of(
     // The header may be marked as a comment: `# time (s)`.
     let first = header.iter().take(1);
     let first = first.map(|cell| cell.trim_start_matches(['#', '%', ' ']));
-    let cells = first.chain(header.iter().skip(1));
+    let cells = first.chain(header.iter().skip(1).map(AsRef::as_ref));
     let mut columns: Vec<Column> = cells.map(Column::from_header).collect();
     // A trailing delimiter makes an empty last column.
     while columns.last().is_some_and(|column| column.name.is_empty()) {
@@ -293,11 +283,10 @@ fn no_number(path: &Path, column: &Column, cell: &str, line: usize) -> ReadError
 
 /// What commas and points in the numbers of a table stand for; none where points alone can stand in a number, as decimal signs.
 /// Separators of thousands are a warning.
-fn signs_in<R: Iterator<Item = csv::Result<csv::StringRecord>>>(
+fn signs_in(
     text: &str,
     delimiter: u8,
     warnings: &mut Vec<Warning>,
-    records: impl Fn() -> R,
 ) -> Result<Option<Signs>, Ambiguous> {
     let possible = match delimiter {
         // Between commas, only a number in quotes has one.
@@ -308,8 +297,13 @@ fn signs_in<R: Iterator<Item = csv::Result<csv::StringRecord>>>(
         return Ok(None);
     }
     let mut evidence: Vec<Evidence> = Vec::new();
-    for row in records().skip(1).flatten() {
-        for (at, cell) in row.iter().enumerate().take(MOST_COLUMNS) {
+    let (mut rows, mut cells) = (Rows::of(text, delimiter), Vec::new());
+    let mut below_header = false;
+    while let Some(row) = rows.next(&mut cells) {
+        if row.is_err() || !std::mem::replace(&mut below_header, true) {
+            continue;
+        }
+        for (at, cell) in cells.iter().enumerate().take(MOST_COLUMNS) {
             if at == evidence.len() {
                 evidence.push(Evidence::default());
             }

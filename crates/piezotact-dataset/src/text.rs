@@ -1,21 +1,23 @@
 //! The text of a file, whatever its encoding.
 
+use std::borrow::Cow;
+
 use piezotact::Warning;
 use piezotact::recording::RecordingWarning;
 
 /// The text of `bytes`: UTF-8 or UTF-16 with or without a mark, or else Latin-1, which lab programs write as often; only names and
 /// units can be hit by it.
-pub(crate) fn text_of(bytes: &[u8]) -> String {
+pub(crate) fn text_of(bytes: &[u8]) -> Cow<'_, str> {
     if let Some(order) = utf16(bytes) {
         let units = bytes.chunks_exact(2).map(|pair| order([pair[0], pair[1]]));
         let text: String = char::decode_utf16(units)
             .map(|one| one.unwrap_or(char::REPLACEMENT_CHARACTER))
             .collect();
-        return text.trim_start_matches('\u{feff}').to_owned();
+        return Cow::Owned(text.trim_start_matches('\u{feff}').to_owned());
     }
     match std::str::from_utf8(bytes) {
-        Ok(text) => text.trim_start_matches('\u{feff}').to_owned(),
-        Err(_) => bytes.iter().map(|b| char::from(*b)).collect(),
+        Ok(text) => Cow::Borrowed(text.trim_start_matches('\u{feff}')),
+        Err(_) => Cow::Owned(bytes.iter().map(|b| char::from(*b)).collect()),
     }
 }
 

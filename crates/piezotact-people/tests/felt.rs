@@ -255,7 +255,7 @@ fn a_modulation_of_one_spectrum_separates_by_time_course_alone() {
         ),
         "{text}"
     );
-    assert!(text.contains("in modulation at 6 Hz"), "{text}");
+    assert!(text.contains("in modulation around 6 Hz"), "{text}");
     let alike = of_two(modulated(1, 1.0), modulated(2, 1.0));
     let one = &alike.felt.as_ref().unwrap().pairs[0].comparisons[0];
     assert_eq!(one.by_time, Separates::No, "{}", sentence(&alike));

@@ -169,7 +169,7 @@ commands! {
     Prepare(prepare::Arguments) => prepare::run,
     /// Estimates whether a person can discriminate two vibrations, in just-noticeable differences (JND).
     #[command(
-        after_help = "The score is the perceived difference in JND, over time and by channel of receptors: level, pitch, modulation, gaps,\nrhythm, course and duration. It does not depend on which realisation of a texture was recorded. Verdict: below the\njust-noticeable difference (79 % of judgements correct) when its whole interval is below 1 JND; distinguishable when the\nwhole interval is above 1 JND and above what parts of one recording differ by; otherwise not decided. The exit code is 0\nfor every verdict.\n\nExample:\n  piezotact score texture.wav measured.parquet --scale \"200 m/s2\" --report score.html\n  piezotact score S8.wav S8-synthetic.wav --scale \"200 m/s2\" --band 20..500 --json"
+        after_help = "The score is the perceived difference in JND, over time and by channel of receptors: level, pitch, modulation, gaps,\nrhythm, course and duration. It does not depend on which realisation of a texture was recorded. Verdict: below the\njust-noticeable difference (79 % of judgements correct) when its whole interval is below 1 JND; distinguishable when the\nwhole interval is above 1 JND and, for two recordings of textures, above twice what parts of one recording differ by;\notherwise not decided. The interval holds published ranges of the JND and the scatter of the estimate. The exit code is 0\nfor every verdict.\n\nExample:\n  piezotact score texture.wav measured.parquet --scale \"200 m/s2\" --report score.html\n  piezotact score S8.wav S8-synthetic.wav --scale \"200 m/s2\" --band 20..500 --json"
     )]
     Score(cli::Score) => score::run,
     /// Cuts recordings into strokes and computes vibration, spectral and friction features of each, and their averages.
@@ -179,7 +179,7 @@ commands! {
     Strokes(cli::Strokes) => touch::strokes::run,
     /// Compares samples, speeds, participants, or active with passive touch.
     #[command(
-        after_help = "Two samples are distinguishable when a permutation test of their strokes is significant (5 % over all pairs), and\nthe whole 95 % interval of their distance is above the published range of the just-noticeable difference (JND) and\nabove the distance between halves of one sample. Distance, JND and detection threshold are those of `piezotact score`;\nthey need accelerations in m/s².\n\nExample:\n  piezotact compare Board2mm_*.csv --by speed --json\n  piezotact compare passive/S*.parquet active/S*.parquet --by touch --report comparison.html"
+        after_help = "Two samples are distinguishable when a permutation test of their strokes is significant (5 % over all pairs), and\nthe whole 95 % interval of their distance is above the published range of the just-noticeable difference (JND) and\nabove the distance between halves of one sample. Distance, JND and detection threshold are those of `piezotact score\n--model spectral`; they need accelerations in m/s². Beside it stands the difference over time and channels of what is felt of\nthe strokes in the mean: below the JND needs both; with several recordings of each sample, it can tell them apart alone.\n\nExample:\n  piezotact compare Board2mm_*.csv --by speed --json\n  piezotact compare passive/S*.parquet active/S*.parquet --by touch --report comparison.html"
     )]
     Compare(cli::Compare) => touch::compare::run,
     /// Computes the roughness of a measured profile or height map.

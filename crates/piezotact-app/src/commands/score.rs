@@ -111,7 +111,7 @@ fn scored(
     let known = known.chain(left_out).cloned();
     score.warnings.put_first(known.chain(warning));
     let sensitivity = match (&args.outputs.report, &score.perceived) {
-        (Some(_), Some(_)) => score::score_sensitivity(&a, &b, &config)?,
+        (Some(_), Some(_)) => score.sensitivity([&a, &b])?,
         _ => Vec::new(),
     };
     Ok((score, sensitivity))

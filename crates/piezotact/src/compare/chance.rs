@@ -6,7 +6,7 @@ use super::DiscriminationConfig;
 use super::distinguishability::Groups;
 use super::groups::{Sample, mean_sums};
 use crate::discrimination::{Excitation, Model};
-use crate::statistics::permutation_test_within;
+use crate::statistics::{Draws, permutation_test_within};
 
 /// The largest number of divisions drawn for one pair.
 const MOST_DRAWS: usize = 200_000;
@@ -22,6 +22,70 @@ pub(super) fn by_name(found: &[Groups]) -> BTreeMap<[&str; 2], Vec<(usize, usize
         }
     }
     places
+}
+
+/// The probability that recordings of one sample differ as they do were it chance which stroke belongs to which, from `shuffles` divisions;
+/// `None` where no sample has several recordings of which one has several strokes.
+///
+/// `counts` are the strokes of the recordings of each sample; `distance` that of a sample's strokes `all` from those of one recording, by
+/// their indices. The statistic is the sum over recordings of strokes times that.
+pub(super) fn recordings_differ(
+    counts: &[Vec<usize>],
+    (shuffles, seed): (usize, u64),
+    distance: &mut dyn FnMut(usize, &[usize], &[usize]) -> f64,
+) -> Option<f64> {
+    let several = |of: &Vec<usize>| of.len() > 1 && of.iter().any(|strokes| *strokes > 1);
+    let places: Vec<usize> = (0..counts.len()).filter(|i| several(&counts[*i])).collect();
+    if places.is_empty() {
+        return None;
+    }
+    let all = places
+        .iter()
+        .map(|i| (0..counts[*i].iter().sum()).collect());
+    let mut orders: Vec<Vec<usize>> = all.collect();
+    let mut statistic = |orders: &[Vec<usize>]| -> f64 {
+        let mut sum = 0.0;
+        for (place, order) in places.iter().zip(orders) {
+            let mut at = 0;
+            for count in &counts[*place] {
+                sum += *count as f64 * distance(*place, order, &order[at..at + count]);
+                at += count;
+            }
+        }
+        sum
+    };
+    let observed = statistic(&orders);
+    let mut random = Draws::new(seed);
+    let mut larger = 0usize;
+    for _ in 0..shuffles {
+        for order in &mut orders {
+            random.shuffle(order);
+        }
+        larger += usize::from(statistic(&orders) >= observed * (1.0 - 1e-9));
+    }
+    Some((larger + 1) as f64 / (shuffles + 1) as f64)
+}
+
+/// How far the halves of `count` units lie apart in so many divisions, the least first: `distance` is that of two halves, by their indices.
+pub(super) fn halves_apart(
+    count: usize,
+    (divisions, seed): (usize, u64),
+    distance: &mut dyn FnMut(&[usize], &[usize]) -> f64,
+) -> Vec<f64> {
+    if count < 2 {
+        return Vec::new();
+    }
+    let mut order: Vec<usize> = (0..count).collect();
+    let mut random = Draws::new(seed);
+    let mut found: Vec<f64> = (0..divisions)
+        .map(|_| {
+            random.shuffle(&mut order);
+            let (first, second) = order.split_at(count / 2);
+            distance(first, second)
+        })
+        .collect();
+    found.sort_by(f64::total_cmp);
+    found
 }
 
 /// Tests every pair of samples over all settings in which both have several units, and how many pairs there are.

@@ -257,7 +257,7 @@ impl Pair {
         }
     }
 
-    /// ", over time 2.31 JND (1.65–3.23), in modulation at 24 Hz (Pacini)"; empty where it is not computed.
+    /// ", over time 2.31 JND (1.65–3.23), in modulation around 24 Hz (Pacini)"; empty where it is not computed.
     fn over_time(&self) -> String {
         let mut criteria = self.criteria.iter();
         let time = criteria.find(|c| c.what == PairCriterion::OverTime);
@@ -271,7 +271,7 @@ impl Pair {
         format!(", over time {found:.2} JND ({low:.2}–{high:.2}){features}")
     }
 
-    /// The features in which they differ most over time and channels: "modulation at 24 Hz (Pacini) and pitch"; empty where they do not.
+    /// The features in which they differ most over time and channels: "modulation around 24 Hz (Pacini) and pitch"; empty where they do not.
     #[must_use]
     pub fn felt_in_words(&self) -> String {
         let features: Vec<String> = self.felt_in.iter().map(ToString::to_string).collect();

@@ -3,7 +3,7 @@
 use crate::warning::{Few, FewWarning, Scatter, ScatterWarning, Warning};
 use serde::{Deserialize, Serialize};
 
-use super::chance::{by_name, permute};
+use super::chance::{self, by_name, halves_apart, permute};
 use super::distinguishability::{Distinguishability, Groups, Pair, PairCriterion, SampleUnit};
 use crate::criterion::{Criterion, Limit};
 use crate::discrimination::{
@@ -11,7 +11,7 @@ use crate::discrimination::{
 };
 use crate::feature::Analysis;
 use crate::quantity::{Band, Hertz, Unit};
-use crate::statistics::{Draws, holm, smallest_p, units_needed};
+use crate::statistics::{holm, smallest_p, units_needed};
 
 /// Recordings are pooled when the p-value of a difference between them is at least this.
 pub(super) const POOLED_FROM: f64 = 0.1;
@@ -124,7 +124,8 @@ fn sentence(
     format!(
         "criteria: distinguishable if the difference exceeds the variability between {} of one sample (permutation test{}, \
          {:.0} % over {}) and {:.1} dB or {:.2} JND, or over time 1 JND; below the JND if it is within {:.2} dB, and over time within \
-         1 JND; distances in JND of {:.2} dB over {}",
+         1 JND (what the strokes of a sample have in common, and modulation of five periods or more in a stroke: single strokes that \
+         differ are not compared); distances in JND of {:.2} dB over {}",
         units.word(),
         if settings > 1 {
             " over all settings together"
@@ -295,7 +296,8 @@ pub(super) fn distances(settings: &[Vec<Texture>], config: &DiscriminationConfig
         .map(|textures| excitations(textures, &config.model))
         .collect();
     let mut warnings = config.model.warnings();
-    let apart = recordings_differ(strokes.iter().flatten(), config);
+    let every: Vec<&Vec<Vec<Excitation>>> = strokes.iter().flatten().collect();
+    let apart = recordings_differ(&every, config);
     let units = match apart {
         Some(p_value) if p_value < POOLED_FROM => {
             warnings.push(Warning::from(ScatterWarning::Scatter {
@@ -367,78 +369,42 @@ pub(super) fn mean_sums(units: &[&Excitation], of: &[usize], into: &mut Vec<f64>
     }
 }
 
-/// The probability that recordings of one sample differ as they do were it chance which stroke belongs to which; `None` where no sample
-/// has several recordings of which one has several strokes.
-///
-/// The statistic is the sum over recordings of strokes times the distance of the recording from its sample.
-fn recordings_differ<'a>(
-    samples: impl Iterator<Item = &'a Vec<Vec<Excitation>>>,
+/// How far recordings lie from their samples, as [`chance::recordings_differ`] has it.
+fn recordings_differ(
+    samples: &[&Vec<Vec<Excitation>>],
     config: &DiscriminationConfig,
 ) -> Option<f64> {
-    let samples: Vec<(Vec<usize>, Vec<&Excitation>)> = samples
-        .filter(|recordings| {
-            recordings.len() > 1 && recordings.iter().any(|strokes| strokes.len() > 1)
-        })
-        .map(|recordings| {
-            let counts = recordings.iter().map(Vec::len).collect();
-            (counts, recordings.iter().flatten().collect())
-        })
-        .collect();
-    if samples.is_empty() {
-        return None;
-    }
-    let mut orders: Vec<Vec<usize>> = samples
+    let counts: Vec<Vec<usize>> = samples
         .iter()
-        .map(|(_, s)| (0..s.len()).collect())
+        .map(|recordings| recordings.iter().map(Vec::len).collect())
+        .collect();
+    let strokes: Vec<Vec<&Excitation>> = samples
+        .iter()
+        .map(|recordings| recordings.iter().flatten().collect())
         .collect();
     let (mut all, mut one) = (Vec::new(), Vec::new());
-    let mut statistic = |orders: &[Vec<usize>]| -> f64 {
-        let mut sum = 0.0;
-        for ((counts, strokes), order) in samples.iter().zip(orders) {
-            mean_sums(strokes, order, &mut all);
-            let mut at = 0;
-            for count in counts {
-                mean_sums(strokes, &order[at..at + count], &mut one);
-                sum += *count as f64 * config.model.distance_jnd(&all, &one);
-                at += count;
-            }
-        }
-        sum
-    };
-    let observed = statistic(&orders);
-    let mut random = Draws::new(config.seed);
-    let mut larger = 0usize;
-    for _ in 0..SHUFFLES {
-        for order in &mut orders {
-            random.shuffle(order);
-        }
-        larger += usize::from(statistic(&orders) >= observed * (1.0 - 1e-9));
-    }
-    Some((larger + 1) as f64 / (SHUFFLES + 1) as f64)
+    chance::recordings_differ(&counts, (SHUFFLES, config.seed), &mut |place, order, of| {
+        mean_sums(&strokes[place], order, &mut all);
+        mean_sums(&strokes[place], of, &mut one);
+        config.model.distance_jnd(&all, &one)
+    })
 }
 
 /// How far halves of the units lie apart: in the median, and in 95 % of divisions.
 fn within(sample: &Sample, config: &DiscriminationConfig) -> Option<[f64; 2]> {
-    let count = sample.units.len();
-    if count < 2 {
-        return None;
-    }
     let units: Vec<&Excitation> = sample.units.iter().collect();
-    let mut order: Vec<usize> = (0..count).collect();
-    let mut random = Draws::new(config.seed);
     let (mut a, mut b) = (Vec::new(), Vec::new());
-    let mut found: Vec<f64> = (0..HALVINGS)
-        .map(|_| {
-            random.shuffle(&mut order);
-            let (first, second) = order.split_at(count / 2);
-            mean_sums(&units, first, &mut a);
-            mean_sums(&units, second, &mut b);
-            config.model.distance_jnd(&a, &b)
-        })
-        .collect();
-    found.sort_by(f64::total_cmp);
-    let at = |share: f64| found[(share * (HALVINGS - 1) as f64).round() as usize];
-    Some([at(0.5), at(0.95)])
+    let divisions = (HALVINGS, config.seed);
+    let found = halves_apart(units.len(), divisions, &mut |first, second| {
+        mean_sums(&units, first, &mut a);
+        mean_sums(&units, second, &mut b);
+        config.model.distance_jnd(&a, &b)
+    });
+    let at = |share: f64| {
+        let place = (share * (HALVINGS - 1) as f64).round() as usize;
+        found.get(place).copied()
+    };
+    Some([at(0.5)?, at(0.95)?])
 }
 
 /// The samples of one setting, pair by pair, before probabilities are adjusted.

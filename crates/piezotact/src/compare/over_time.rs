@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use super::chance::by_name;
+use super::chance::{self, by_name, halves_apart};
 use super::distinguishability::{Distinguishability, PairCriterion, SampleUnit};
 use super::groups::{AcrossSamples, POOLED_FROM, below_jnd};
 use crate::criterion::{Criterion, Limit, Outcome};
 use crate::perception::{Parameters, PerceivedVibration};
-use crate::statistics::{Draws, holm, permutation_test_within};
+use crate::statistics::{holm, permutation_test_within};
 
 /// The divisions of a sample's units into halves that are looked at.
 const HALVINGS: usize = 99;
@@ -31,9 +31,9 @@ pub type PerceivedStrokes = Vec<Vec<PerceivedVibration>>;
 pub fn add_over_time(found: &mut AcrossSamples, settings: &[Vec<Option<PerceivedStrokes>>]) {
     let parameters = Parameters::published();
     let seed = found.config.seed;
-    let known = settings.iter().flatten().flatten();
+    let known: Vec<&PerceivedStrokes> = settings.iter().flatten().flatten().collect();
     let units = match found.units {
-        SampleUnit::Strokes if recordings_differ(known, seed, &parameters) => {
+        SampleUnit::Strokes if recordings_differ(&known, seed, &parameters) => {
             SampleUnit::Recordings
         }
         units => units,
@@ -115,64 +115,35 @@ impl Sample {
 
     /// How far halves of the units lie apart in 95 % of divisions, JND; 0 for one unit.
     fn within(&self, seed: u64, parameters: &Parameters) -> f64 {
-        let mut order: Vec<&PerceivedVibration> = self.units.iter().collect();
-        let mut random = Draws::new(seed);
-        let mut found: Vec<f64> = (0..HALVINGS)
-            .filter_map(|_| {
-                random.shuffle(&mut order);
-                let (first, second) = order.split_at(order.len() / 2);
-                apart_jnd(first, second, parameters)
-            })
-            .collect();
-        found.sort_by(f64::total_cmp);
+        let of = |indices: &[usize]| indices.iter().map(|i| &self.units[*i]).collect::<Vec<_>>();
+        let found = halves_apart(self.units.len(), (HALVINGS, seed), &mut |first, second| {
+            apart_jnd(&of(first), &of(second), parameters).unwrap_or(0.0)
+        });
         let place = (0.95 * found.len().saturating_sub(1) as f64).round() as usize;
         found.get(place).copied().unwrap_or(0.0)
     }
 }
 
 /// Whether recordings of one sample differ over time by more than their strokes do, as [`super::discriminate`] asks of spectra.
-fn recordings_differ<'p>(
-    samples: impl Iterator<Item = &'p PerceivedStrokes>,
-    seed: u64,
-    parameters: &Parameters,
-) -> bool {
-    let several = |all: &&PerceivedStrokes| all.len() > 1 && all.iter().any(|one| one.len() > 1);
-    let samples: Vec<(Vec<usize>, Vec<&PerceivedVibration>)> = samples
-        .filter(several)
-        .map(|all| {
-            (
-                all.iter().map(Vec::len).collect(),
-                all.iter().flatten().collect(),
-            )
-        })
+fn recordings_differ(samples: &[&PerceivedStrokes], seed: u64, parameters: &Parameters) -> bool {
+    let counts: Vec<Vec<usize>> = samples
+        .iter()
+        .map(|all| all.iter().map(Vec::len).collect())
         .collect();
-    if samples.is_empty() {
-        return false;
-    }
-    let statistic = |orders: &[Vec<&PerceivedVibration>]| -> f64 {
-        let of = |((counts, _), order): (&(Vec<usize>, _), &Vec<&PerceivedVibration>)| {
-            let mut left = order.as_slice();
-            let each = counts.iter().filter_map(|count| {
-                let (recording, rest) = left.split_at(*count);
-                left = rest;
-                Some(*count as f64 * apart_jnd(order, recording, parameters)?)
-            });
-            each.sum::<f64>()
-        };
-        samples.iter().zip(orders).map(of).sum()
-    };
-    let mut orders: Vec<Vec<&PerceivedVibration>> =
-        samples.iter().map(|one| one.1.clone()).collect();
-    let observed = statistic(&orders);
-    let mut random = Draws::new(seed);
-    let mut larger = 0usize;
-    for _ in 0..SHUFFLES {
-        for order in &mut orders {
-            random.shuffle(order);
-        }
-        larger += usize::from(statistic(&orders) >= observed * (1.0 - 1e-9));
-    }
-    ((larger + 1) as f64 / (SHUFFLES + 1) as f64) < POOLED_FROM
+    let strokes: Vec<Vec<&PerceivedVibration>> = samples
+        .iter()
+        .map(|all| all.iter().flatten().collect())
+        .collect();
+    let p_value = chance::recordings_differ(&counts, (SHUFFLES, seed), &mut |place, order, of| {
+        let [all, one] = [order, of].map(|indices| {
+            indices
+                .iter()
+                .map(|i| strokes[place][*i])
+                .collect::<Vec<_>>()
+        });
+        apart_jnd(&all, &one, parameters).unwrap_or(0.0)
+    });
+    p_value.is_some_and(|p_value| p_value < POOLED_FROM)
 }
 
 fn apart_jnd(

@@ -23,7 +23,7 @@ const SILENT: f64 = 0.02;
 const PAD_S: f64 = 0.25;
 
 /// The silence that is added to both ends of a whole record, s.
-const LEAD_S: f64 = 0.1;
+pub(crate) const LEAD_S: f64 = 0.1;
 
 /// What a vibration excites over time.
 pub(super) struct Excitation {
@@ -44,30 +44,45 @@ fn fade(i: usize, n: usize) -> f64 {
     (0.5 * PI * (i as f64 + 0.5) / n as f64).sin().powi(2)
 }
 
-/// `x` faded where it begins or ends abruptly, so that a cut makes no click, and whether it is whole: it does neither, or silence stands at
-/// one of its ends.
-fn faded(x: &[f64], rate_hz: f64) -> (Vec<f64>, bool) {
-    let square: f64 = x.iter().map(|v| v * v).sum();
-    let fourth: f64 = x.iter().map(|v| v.powi(4)).sum();
-    let own = (fourth / square.max(1e-300)).sqrt().max(1e-300);
-    let edge = ((EDGE_S * rate_hz).round() as usize).clamp(1, x.len());
-    let n = ((FADE_S * rate_hz).round() as usize).min(x.len() / 4);
-    let first = crate::statistics::rms(&x[..edge]) / own;
-    let last = crate::statistics::rms(&x[x.len() - edge..]) / own;
-    let mut y = x.to_vec();
-    if first.min(last) <= SILENT {
-        return (y, true);
+/// How a record begins and ends.
+pub(crate) struct Ends {
+    /// Whether it begins abruptly, and whether it ends so.
+    abrupt: [bool; 2],
+    /// Whether it begins and ends by itself: it does neither, or silence stands at one of its ends.
+    pub(crate) whole: bool,
+}
+
+impl Ends {
+    /// Of `x`, sampled at `rate_hz`.
+    pub(crate) fn of(x: &[f64], rate_hz: f64) -> Self {
+        let square: f64 = x.iter().map(|v| v * v).sum();
+        let fourth: f64 = x.iter().map(|v| v.powi(4)).sum();
+        let own = (fourth / square.max(1e-300)).sqrt().max(1e-300);
+        let edge = ((EDGE_S * rate_hz).round() as usize).clamp(1, x.len());
+        let share = [&x[..edge], &x[x.len() - edge..]].map(|end| crate::statistics::rms(end) / own);
+        let silent = share[0].min(share[1]) <= SILENT;
+        Self {
+            abrupt: share.map(|share| share > ABRUPT && !silent),
+            whole: silent || share.iter().all(|share| *share <= ABRUPT),
+        }
     }
+}
+
+/// `x` faded where it begins or ends abruptly, so that a cut makes no click, and whether it is whole.
+fn faded(x: &[f64], rate_hz: f64) -> (Vec<f64>, bool) {
+    let ends = Ends::of(x, rate_hz);
+    let n = ((FADE_S * rate_hz).round() as usize).min(x.len() / 4);
+    let mut y = x.to_vec();
     let end = y.len() - 1;
     for i in 0..n {
-        if first > ABRUPT {
+        if ends.abrupt[0] {
             y[i] *= fade(i, n);
         }
-        if last > ABRUPT {
+        if ends.abrupt[1] {
             y[end - i] *= fade(i, n);
         }
     }
-    (y, first <= ABRUPT && last <= ABRUPT)
+    (y, ends.whole)
 }
 
 /// Adds to `bins` what the receptors feel of the envelope of the part above `demodulation_hz`: displacement, rectified on one side.

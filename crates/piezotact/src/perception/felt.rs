@@ -242,6 +242,21 @@ impl Felt {
         })
     }
 
+    /// The same, of whose variance by chance the share `independent` alone is its own; when it ends depends on where it is cut.
+    pub(super) fn with_independent(mut self, independent: f64) -> Self {
+        let ratio = independent.sqrt();
+        self.level_error_db = self.level_error_db.map(|error| ratio * error);
+        self.log_hz_error *= ratio;
+        self.chance = self.chance.map(|variance| independent * variance);
+        for found in self.modulation.iter_mut().flatten().flatten() {
+            found.variance *= independent;
+        }
+        if let Some(rate) = &mut self.rate {
+            rate.error *= ratio;
+        }
+        self
+    }
+
     /// Whether it is a stimulus and no excerpt: there is no chance in its level.
     pub(super) fn is_without_chance(&self) -> bool {
         let stronger = usize::from(self.level[0] <= self.level[1]);

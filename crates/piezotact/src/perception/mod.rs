@@ -27,6 +27,7 @@ use crate::quantity::{Acceleration, Decibels, Hertz, Seconds};
 use crate::series::Series;
 
 pub use decision::percent_correct;
+pub(crate) use excitation::{Ends, LEAD_S};
 pub use parameters::{MODULATION_BANDS_HZ, PARAMETERS, ParameterSource, Parameters};
 
 /// The d′ of one JND: 79 % right of two intervals.
@@ -181,12 +182,12 @@ pub struct Contribution {
     pub share: f64,
 }
 
-/// "modulation at 24 Hz (Pacini)".
+/// "modulation around 24 Hz (Pacini)": bands are wide, and 24 Hz is the centre of one.
 impl fmt::Display for Contribution {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.feature.name())?;
         if let Some(band) = self.modulation_hz {
-            write!(f, " at {band}")?;
+            write!(f, " around {band}")?;
         }
         match self.channel {
             Some(channel) => write!(f, " ({})", channel.name()),
@@ -418,6 +419,17 @@ impl PerceivedVibration {
         felt::Felt::mean(&all).map(Self)
     }
 
+    /// The same where it has its chance in common with what it is compared with, such as a copy of one recording, but for the share
+    /// `independent` of the variance, 0–1.
+    ///
+    /// Formula: of two that are correlated by ρ, 1 − ρ².
+    ///
+    /// Source: house rule.
+    #[must_use]
+    pub fn with_independent(self, independent: f64) -> Self {
+        Self(self.0.with_independent(independent.clamp(0.0, 1.0)))
+    }
+
     /// How different `test` feels.
     ///
     /// Source: [`perceived_difference`].
@@ -531,26 +543,22 @@ impl PerceivedDifference {
     }
 }
 
-/// What the difference of `test` from `reference` becomes, JND, when each parameter in turn is at the ends of its range, the one that
-/// changes it most first; through `skin_over_nail`, as [`perceived_through`] has it.
+/// What the difference that `of` finds becomes, JND, when each of `parameters` in turn is at the ends of its range, the one that changes
+/// it most first.
 ///
 /// Source: [`PARAMETERS`].
 ///
 /// # Errors
-/// Those of [`perceived_difference`].
-pub fn sensitivity(
-    reference: &Series<Acceleration>,
-    test: &Series<Acceleration>,
+/// Those of `of`.
+pub fn sensitivity<E>(
     parameters: &Parameters,
-    skin_over_nail: &dyn Fn(Hertz) -> Decibels,
-) -> Result<Vec<Sensitivity>, PerceptionError> {
+    of: impl Fn(&Parameters) -> Result<PerceivedDifference, E>,
+) -> Result<Vec<Sensitivity>, E> {
     let mut found = Vec::with_capacity(PARAMETERS.len());
     for (place, one) in PARAMETERS.iter().enumerate() {
-        let [low, high] = one.range.map(|value| {
-            let changed = parameters.with(place, value);
-            perceived_through(reference, test, &changed, skin_over_nail)
-                .map(|found| found.jnd.value)
-        });
+        let [low, high] = one
+            .range
+            .map(|value| of(&parameters.with(place, value)).map(|found| found.jnd.value));
         found.push(Sensitivity {
             parameter: one.name,
             range: one.range,

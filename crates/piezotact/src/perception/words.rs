@@ -1,6 +1,6 @@
 //! A perceived difference in words and as parts of a page.
 
-use super::{Contribution, PerceivedDifference, Sensitivity};
+use super::{Contribution, Limitation, PerceivedDifference, Sensitivity};
 use crate::criterion::Outcome;
 use crate::page::{Block, Cell, Column, Number, Table, fixed};
 
@@ -46,7 +46,13 @@ impl PerceivedDifference {
                 "below the just-noticeable difference: neither reaches the detection threshold"
                     .into()
             }
-            Outcome::Met => format!("below the just-noticeable difference: {range}"),
+            Outcome::Met => {
+                // What an excerpt as short as this cannot show.
+                let short = |one: &&Limitation| matches!(one, Limitation::ShortExcerpt { .. });
+                let but = self.limitations.iter().find(short);
+                let but = but.map_or_else(String::new, |one| format!("; {one}"));
+                format!("below the just-noticeable difference: {range}{but}")
+            }
             Outcome::NotMet => format!("distinguishable: {range}; felt in {}", named.join("; ")),
             Outcome::NotDecided if self.may_hide_more() && self.jnd.high <= 1.0 => {
                 let mut all = self.limitations.iter();

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::waveform::NEARLY_ALL;
-use super::{Extent, ScoreConfig, ScoreError, ScoreModel, ScoreWarning, Waveform};
+use super::{Extent, ScoreConfig, ScoreError, ScoreModel, ScoreWarning};
 use crate::quantity::{Acceleration, SampleRate, Seconds};
 use crate::render::offset;
 use crate::series::{Series, SeriesError};
@@ -114,14 +114,6 @@ impl Compared {
             is_short,
             shorter_s: seconds(rate, shortest),
         })
-    }
-
-    /// The share of the variance of both that is independent, 0–1: all of it but where one waveform follows the other.
-    pub(super) fn independent(&self, waveform: Option<&Waveform>) -> f64 {
-        match (self.extent, waveform) {
-            (Extent::SharedPart, Some(found)) => 1.0 - found.correlation.powi(2),
-            _ => 1.0,
-        }
     }
 }
 

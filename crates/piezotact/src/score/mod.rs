@@ -27,7 +27,7 @@ pub use warning::{NoIndicesCause, NotComparedCause, NotComputed, ScoreWarning};
 pub use literature::{Literature, LiteratureConfig};
 pub use measurement::{JudgedMeasurement, Measurement, Target, judged_measurement};
 pub use page::ScoredRecordings;
-pub use perceived::{Perceived, score_sensitivity};
+pub use perceived::Perceived;
 pub use perceptible::with_perceptible_difference;
 pub use sliding::sliding_part;
 pub use verdict::{How, ScoreCriterion, Verdict};
@@ -307,7 +307,7 @@ pub fn score(
             Some(perceived::perceived(
                 [reference, test],
                 shared,
-                found.extent,
+                (found.extent, found.extent.independent(waveform.as_ref())),
                 config,
             )?)
         }
@@ -325,7 +325,11 @@ pub fn score(
     let b = excited("the test", test, &plans, config)?;
     let segments = a.segments().min(b.segments());
     let scales = match found.is_short {
-        true => vec![a.scatter_of_noise(&b, &config.welch, found.independent(waveform.as_ref()))],
+        true => vec![a.scatter_of_noise(
+            &b,
+            &config.welch,
+            found.extent.independent(waveform.as_ref()),
+        )],
         false => evidence([(reference, &a), (test, &b)], extent, &plans, &config.welch)?,
     };
     let (a, b) = (&a.mean, &b.mean);

@@ -63,10 +63,7 @@ impl Shown for ScoredRecordings {
         .section("What the difference depends on", self.depends_on())
         .section(
             "Criteria",
-            [
-                Table::of_criteria(&s.criteria).into(),
-                Block::note(CRITERIA),
-            ],
+            [s.criteria_table().into(), Block::note(CRITERIA)],
         )
         .section(
             "Third-octave levels and perceptual differences",
@@ -82,7 +79,8 @@ impl Shown for ScoredRecordings {
 }
 
 const CRITERIA: &str = "“Below the just-noticeable difference”: the whole interval of the difference is below it. “Distinguishable”: within its \
-    limits the difference is above the limits of both criteria. Otherwise “not decided”.";
+    limits the difference is above the limits of both criteria. Otherwise “not decided”. The interval of a perceived difference holds the \
+    published ranges of the parameters and the scatter of the estimate; that of spectra is a 95 % interval.";
 const FEATURES: &str = "Two channels of receptors that do not mask each other, resolved in time: their parts add up as squares (d′ in \
     quadrature). What the estimate of a feature scatters by is taken off, so that two realisations of one texture are equal. The limits \
     hold the published ranges of the parameters (docs/decisions/perception.md).";
@@ -115,6 +113,16 @@ impl Score {
             Verdict::NotDecided { .. } => Outcome::NotDecided,
         };
         Block::conclusion(&self.sentence, outcome)
+    }
+
+    fn criteria_table(&self) -> Table {
+        let mut table = Table::of_criteria(&self.criteria);
+        for column in &mut table.columns {
+            if column.name == "interval" {
+                column.heading = "interval".into();
+            }
+        }
+        table
     }
 
     /// The conclusion with its numbers, and the features where the perceived difference decides.

@@ -2,10 +2,10 @@
 
 use serde::Serialize;
 
-use super::{Extent, ScoreConfig, ScoreError};
+use super::{Extent, Score, ScoreConfig, ScoreError};
 use crate::perception::{
-    Limitation, Parameters, PerceivedDifference, Record, Sensitivity, perceived_through,
-    sensitivity,
+    Ends, LEAD_S, Limitation, Parameters, PerceivedDifference, PerceivedVibration, PerceptionError,
+    Record, Sensitivity, sensitivity,
 };
 use crate::quantity::{Acceleration, Decibels, Hertz, Seconds};
 use crate::series::Series;
@@ -46,13 +46,35 @@ fn skin(config: &ScoreConfig) -> impl Fn(Hertz) -> Decibels + '_ {
     |at| Decibels(config.contact.as_ref().map_or(0.0, |map| map.ratio_db(at)))
 }
 
-/// `x` within the band of `config`.
+/// `x` within the band of `config`; what begins and ends by itself with silence around it, where the edges of the band ring.
 fn limited(
     x: &Series<Acceleration>,
     config: &ScoreConfig,
 ) -> Result<Series<Acceleration>, ScoreError> {
-    let samples = in_band_with_edges(x.samples(), x.rate(), config.band, EDGE_RATIO);
-    Ok(Series::new(samples, x.rate())?)
+    let rate = x.rate();
+    let within = |samples: &[f64]| in_band_with_edges(samples, rate, config.band, EDGE_RATIO);
+    let samples = match Ends::of(x.samples(), rate.hz()).whole {
+        true => {
+            let silence = vec![0.0; rate.samples_in(Seconds(LEAD_S))];
+            within(&[&silence, x.samples(), &silence].concat())
+        }
+        false => within(x.samples()),
+    };
+    Ok(Series::new(samples, rate)?)
+}
+
+/// How far `a` and `b` are apart, whose variance by chance is their own by the share `independent`.
+fn apart(
+    [a, b]: [&Series<Acceleration>; 2],
+    independent: f64,
+    parameters: &Parameters,
+    config: &ScoreConfig,
+) -> Result<PerceivedDifference, PerceptionError> {
+    let of = |what, x| {
+        let felt = PerceivedVibration::of(what, x, parameters, &skin(config))?;
+        Ok(felt.with_independent(independent))
+    };
+    Ok(of("the reference", a)?.difference(&of("the test", b)?, parameters))
 }
 
 /// Twice what parts of `x` are apart, JND: its halves, or those two of its quarters that differ most; `None` where they are too short.
@@ -62,14 +84,14 @@ fn parts(x: &Series<Acceleration>, config: &ScoreConfig) -> Option<f64> {
         let place = |part: usize| part * count / of;
         Series::new(samples[place(from)..place(from + 1)].to_vec(), x.rate()).ok()
     };
-    let apart = |[first, second]: [usize; 2], of: usize| {
+    let parts_apart = |[first, second]: [usize; 2], of: usize| {
         let (first, second) = (cut(first, of)?, cut(second, of)?);
-        let apart = perceived_through(&first, &second, &Parameters::published(), &skin(config));
-        Some(apart.ok()?.jnd.value)
+        let found = apart([&first, &second], 1.0, &Parameters::published(), config);
+        Some(found.ok()?.jnd.value)
     };
     let quarters = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
-    let quarters = quarters.into_iter().filter_map(|pair| apart(pair, 4));
-    Some(PARTS * quarters.fold(apart([0, 1], 2)?, f64::max))
+    let quarters = quarters.into_iter().filter_map(|pair| parts_apart(pair, 4));
+    Some(PARTS * quarters.fold(parts_apart([0, 1], 2)?, f64::max))
 }
 
 /// Refuses excerpts that are too short: those that are `compared` of `both`.
@@ -101,16 +123,17 @@ fn refuse(
     Ok(())
 }
 
-/// How far `both` are apart within the band of `config`; of two excerpts of which one is cut out of the other, what they share.
+/// How far `both` are apart within the band of `config`; of two excerpts of which one is cut out of the other, what they share. Their
+/// variance by chance is their own by the share `independent`, less than 1 where one waveform follows the other.
 pub(super) fn perceived(
     both: [&Series<Acceleration>; 2],
     shared: Option<&[Series<Acceleration>; 2]>,
-    extent: Extent,
+    (extent, independent): (Extent, f64),
     config: &ScoreConfig,
 ) -> Result<Perceived, ScoreError> {
     let published = Parameters::published();
     let of = |a: &Series<Acceleration>, b: &Series<Acceleration>| {
-        perceived_through(a, b, &published, &skin(config))
+        apart([a, b], independent, &published, config)
     };
     let [a, b] = both;
     let (mut a, mut b) = (limited(a, config)?, limited(b, config)?);
@@ -137,23 +160,23 @@ pub(super) fn perceived(
     })
 }
 
-/// What the perceived difference of `test` from `reference` within the band of `config` becomes, JND, when each parameter in turn is at
-/// the ends of its published range; as [`sensitivity`] has it, of all of each.
-///
-/// Source: [`sensitivity`].
-///
-/// # Errors
-/// [`ScoreError::Perception`] as [`super::score`] has it.
-pub fn score_sensitivity(
-    reference: &Series<Acceleration>,
-    test: &Series<Acceleration>,
-    config: &ScoreConfig,
-) -> Result<Vec<Sensitivity>, ScoreError> {
-    let (a, b) = (limited(reference, config)?, limited(test, config)?);
-    Ok(sensitivity(
-        &a,
-        &b,
-        &Parameters::published(),
-        &skin(config),
-    )?)
+impl Score {
+    /// What the perceived difference of `test` from `reference`, of which this is the score, becomes, JND, when each parameter in turn is at
+    /// the ends of its published range; of all of each.
+    ///
+    /// Source: [`sensitivity`].
+    ///
+    /// # Errors
+    /// [`ScoreError::Perception`] as [`super::score`] has it.
+    pub fn sensitivity(
+        &self,
+        [reference, test]: [&Series<Acceleration>; 2],
+    ) -> Result<Vec<Sensitivity>, ScoreError> {
+        let config = &self.config;
+        let (a, b) = (limited(reference, config)?, limited(test, config)?);
+        let independent = self.extent.independent(self.waveform.as_ref());
+        Ok(sensitivity(&Parameters::published(), |parameters| {
+            apart([&a, &b], independent, parameters, config)
+        })?)
+    }
 }

@@ -39,11 +39,14 @@ fn felt(verification: &Verification) -> Option<Perceived> {
     };
     let (target, measured) = (part(&verification.target)?, part(&verification.aligned)?);
     let config = ScoreConfig::over(verification.band_hz, verification.rate_hz);
-    let extent = match verification.mode {
-        Mode::Replicate => Extent::SharedPart,
-        Mode::Texture => Extent::WholeOfEach,
+    let of = match verification.mode {
+        Mode::Replicate => {
+            let independent = 1.0 - verification.waveform_correlation.powi(2);
+            (Extent::SharedPart, independent)
+        }
+        Mode::Texture => (Extent::WholeOfEach, 1.0),
     };
-    perceived([&target, &measured], None, extent, &config).ok()
+    perceived([&target, &measured], None, of, &config).ok()
 }
 
 /// The criterion on the perceived difference; `None` where it is not decided.

@@ -86,12 +86,15 @@ fn the_pairs_of_the_literature_are_as_far_apart_as_people_find_them() {
     assert!(all == 53 && undecided <= 2);
 }
 
+fn over_the_band() -> ScoreConfig {
+    ScoreConfig::over(Band::new(Hertz(20.0), Hertz(1000.0)).unwrap(), FS)
+}
+
 /// The verdicts of `score` on the same pairs: none says "below" of what people tell apart, or "distinguishable" of what they do not, and
 /// most values lie where they are expected.
 #[test]
 fn the_score_says_nothing_false_of_the_pairs_of_the_literature() {
-    let band = Band::new(Hertz(20.0), Hertz(1000.0)).unwrap();
-    let config = ScoreConfig::over(band, FS);
+    let config = over_the_band();
     let (mut right, mut undecided, mut all) = (0, Vec::new(), 0);
     for Expected { key, low, high } in expected() {
         let [a, b] = pair(key).map(|x| series(&x));
@@ -218,7 +221,7 @@ fn the_strongest_feature_is_the_one_that_was_changed() {
     let rhythm = first("13.30");
     assert_eq!(rhythm.feature, Feature::Modulation);
     assert_eq!(rhythm.modulation_hz.unwrap().0, 24.0);
-    assert_eq!(rhythm.to_string(), "modulation at 24 Hz (Pacini)");
+    assert_eq!(rhythm.to_string(), "modulation around 24 Hz (Pacini)");
     let shares: f64 = of("II.24").contributions.iter().map(|c| c.share).sum();
     assert!((shares - 1.0).abs() < 1e-9);
 }
@@ -252,7 +255,7 @@ fn what_is_felt_is_said_in_words() {
         &[
             "distinguishable",
             "100 %",
-            "modulation at 24 Hz (Pacini), 4",
+            "modulation around 24 Hz (Pacini), 4",
         ],
     );
     says("3.80", &["below the just-noticeable difference: 0.44 JND"]);
@@ -278,7 +281,8 @@ fn what_is_felt_is_said_in_words() {
 fn what_the_difference_depends_on() {
     let [a, b] = pair("1.80");
     let (a, b) = (series(&a), series(&b));
-    let all = sensitivity(&a, &b, &Parameters::published(), &|_| Decibels(0.0)).unwrap();
+    let published = Parameters::published();
+    let all = sensitivity(&published, |changed| perceived_difference(&a, &b, changed)).unwrap();
     assert_eq!(all.len(), PARAMETERS.len());
     let of = |name| all.iter().find(|one| one.parameter == name).unwrap();
     // A threshold 35 dB higher leaves nothing to be felt.
@@ -288,7 +292,6 @@ fn what_the_difference_depends_on() {
     assert!((level[0] / level[1] - 3.0 / 1.8).abs() < 0.15, "{level:?}");
     let rate = of("rate_jnd");
     assert_eq!(rate.jnd[0], rate.jnd[1]);
-    let published = Parameters::published();
     let plain = perceived_difference(&a, &b, &published).unwrap();
     let softer = perceived_through(&a, &b, &published, &|_| Decibels(-10.0)).unwrap();
     let apart = plain.sensation_level[0].0 - softer.sensation_level[0].0;
@@ -408,7 +411,29 @@ fn silence_around_a_vibration_is_not_felt() {
             let x: Vec<f64> = samples.collect();
             let found = compared(&x, &padded(&x));
             assert!(found.jnd.high < 0.3, "{hz} Hz, {ramp_s} s: {found:?}");
+            // Neither is it by a score, whose band has edges that ring.
+            let scored = score(&series(&x), &series(&padded(&x)), &over_the_band()).unwrap();
+            let jnd = scored.perceived.unwrap().difference.jnd.value;
+            assert!(jnd < 0.1, "{hz} Hz, {ramp_s} s: {jnd}");
         }
+    }
+}
+
+/// A texture and a copy of it have their chance in common: another level of the copy is felt as that of a tone, whatever the length.
+#[test]
+fn a_copy_has_no_chance_of_its_own() {
+    for seconds in [0.5, 1.0, 3.0] {
+        let x = noise(40.0, 500.0, 30.0, seconds, 7);
+        let jnd = |test: &[f64]| {
+            let found = score(&series(&x), &series(test), &over_the_band()).unwrap();
+            found.perceived.unwrap().difference.jnd.value
+        };
+        let [one, two] = [1.2, 2.4].map(|db| jnd(&louder(x.clone(), db)));
+        assert!((0.9..1.25).contains(&two), "{seconds} s: {two}");
+        assert!((0.4..0.65).contains(&one), "{seconds} s: {one}");
+        // Another realisation is not farther away for that.
+        let other = noise(40.0, 500.0, 30.0, seconds, 8);
+        assert!(jnd(&other) < 0.5, "{seconds} s");
     }
 }
 
