@@ -24,8 +24,8 @@ pub(super) struct Compared {
     pub(super) extent: Extent,
     /// The vibrations without the silence around them; of a short one, in a segment.
     pub(super) series: [Series<Acceleration>; 2],
-    /// What both share in time, where one of them is much longer than that.
-    pub(super) cut: Option<[Series<Acceleration>; 2]>,
+    /// What both share in time, where one follows the other.
+    pub(super) shared: Option<[Series<Acceleration>; 2]>,
     /// Whether one of them is shorter than a segment.
     pub(super) is_short: bool,
     /// How long the shorter one is, s.
@@ -57,7 +57,7 @@ impl Compared {
         let rate = a.rate();
         let is_cut = extent == Extent::SharedPart
             && !whole.iter().all(|of| hardly_longer(of, kept[0].len()));
-        let cut = is_cut.then(|| [a.clone(), b.clone()]);
+        let shared = (extent == Extent::SharedPart).then(|| [a.clone(), b.clone()]);
         // The perceived difference has a limit of its own.
         let least = match config.judged_by {
             ScoreModel::Spectral => config.welch.segment,
@@ -110,7 +110,7 @@ impl Compared {
         Ok(Self {
             extent,
             series: [b, a],
-            cut,
+            shared,
             is_short,
             shorter_s: seconds(rate, shortest),
         })

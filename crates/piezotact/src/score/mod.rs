@@ -303,7 +303,7 @@ pub fn score(
     let found = Compared::of([reference, test], shared, config, &mut warnings)?;
     let perceived = match config.judged_by {
         ScoreModel::PerceivedDifference => {
-            let shared = found.cut.as_ref();
+            let shared = found.shared.as_ref();
             Some(perceived::perceived(
                 [reference, test],
                 shared,

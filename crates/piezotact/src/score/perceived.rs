@@ -2,7 +2,8 @@
 
 use serde::Serialize;
 
-use super::{Extent, Score, ScoreConfig, ScoreError};
+use super::active::Compared;
+use super::{Extent, Score, ScoreConfig, ScoreError, waveforms};
 use crate::perception::{
     Ends, LEAD_S, Limitation, Parameters, PerceivedDifference, PerceivedVibration, PerceptionError,
     Record, Sensitivity, sensitivity,
@@ -10,6 +11,7 @@ use crate::perception::{
 use crate::quantity::{Acceleration, Decibels, Hertz, Seconds};
 use crate::series::Series;
 use crate::verify::in_band_with_edges;
+use crate::warning::Warnings;
 
 /// The shortest excerpt of a longer vibration that is compared.
 const SHORTEST_EXCERPT: Seconds = Seconds(0.3);
@@ -123,28 +125,40 @@ fn refuse(
     Ok(())
 }
 
-/// How far `both` are apart within the band of `config`; of two excerpts of which one is cut out of the other, what they share. Their
-/// variance by chance is their own by the share `independent`, less than 1 where one waveform follows the other.
+/// `both` within the band of `config`, or, of an excerpt that is cut out of the other or that the other follows, what they share; and how
+/// far they are apart.
+fn compared(
+    both: [&Series<Acceleration>; 2],
+    shared: Option<&[Series<Acceleration>; 2]>,
+    independent: f64,
+    config: &ScoreConfig,
+) -> Result<([Series<Acceleration>; 2], PerceivedDifference), ScoreError> {
+    let published = Parameters::published();
+    let of = |[a, b]: [&Series<Acceleration>; 2]| {
+        let (a, b) = (limited(a, config)?, limited(b, config)?);
+        let difference = apart([&a, &b], independent, &published, config)?;
+        Ok::<_, ScoreError>(([a, b], difference))
+    };
+    let (mut compared, mut difference) = of(both)?;
+    if let Some([first, second]) = shared
+        && difference.records.contains(&Record::Excerpt)
+    {
+        (compared, difference) = of([first, second])?;
+    }
+    let [a, b] = &compared;
+    refuse(both, [a, b], difference.records)?;
+    Ok((compared, difference))
+}
+
+/// How far `both` are apart within the band of `config`; of an excerpt that is cut out of the other, or that the other follows, what they
+/// share. Their variance by chance is their own by the share `independent`, less than 1 where one waveform follows the other.
 pub(super) fn perceived(
     both: [&Series<Acceleration>; 2],
     shared: Option<&[Series<Acceleration>; 2]>,
     (extent, independent): (Extent, f64),
     config: &ScoreConfig,
 ) -> Result<Perceived, ScoreError> {
-    let published = Parameters::published();
-    let of = |a: &Series<Acceleration>, b: &Series<Acceleration>| {
-        apart([a, b], independent, &published, config)
-    };
-    let [a, b] = both;
-    let (mut a, mut b) = (limited(a, config)?, limited(b, config)?);
-    let mut difference = of(&a, &b)?;
-    if let Some([first, second]) = shared
-        && difference.records.contains(&Record::Excerpt)
-    {
-        (a, b) = (limited(first, config)?, limited(second, config)?);
-        difference = of(&a, &b)?;
-    }
-    refuse(both, [&a, &b], difference.records)?;
+    let ([a, b], difference) = compared(both, shared, independent, config)?;
     let within_jnd = match extent {
         Extent::SharedPart => None,
         // The parts of a rhythm or a sweep differ by nature.
@@ -162,19 +176,22 @@ pub(super) fn perceived(
 
 impl Score {
     /// What the perceived difference of `test` from `reference`, of which this is the score, becomes, JND, when each parameter in turn is at
-    /// the ends of its published range; of all of each.
+    /// the ends of its published range.
     ///
     /// Source: [`sensitivity`].
     ///
     /// # Errors
-    /// [`ScoreError::Perception`] as [`super::score`] has it.
+    /// Those of [`super::score`].
     pub fn sensitivity(
         &self,
-        [reference, test]: [&Series<Acceleration>; 2],
+        both: [&Series<Acceleration>; 2],
     ) -> Result<Vec<Sensitivity>, ScoreError> {
-        let config = &self.config;
-        let (a, b) = (limited(reference, config)?, limited(test, config)?);
-        let independent = self.extent.independent(self.waveform.as_ref());
+        let (config, mut said) = (&self.config, Warnings::new());
+        let [reference, test] = both;
+        let (waveform, shared) = waveforms(reference, test, config.band, &mut said);
+        let found = Compared::of(both, shared, config, &mut said)?;
+        let independent = found.extent.independent(waveform.as_ref());
+        let ([a, b], _) = compared(both, found.shared.as_ref(), independent, config)?;
         Ok(sensitivity(&Parameters::published(), |parameters| {
             apart([&a, &b], independent, parameters, config)
         })?)
