@@ -124,16 +124,20 @@ def sin2(n):
 def tapered(x, fs):
     """`x` faded over 20 ms where it begins or ends abruptly, and whether it is whole: it does neither, or silence stands at one end."""
     own = math.sqrt((x ** 4).sum() / max((x * x).sum(), 1e-300))
-    edge, n = max(1, math.floor(0.001 * fs + 0.5)), min(math.floor(0.020 * fs + 0.5), len(x) // 4)
-    first, last = (math.sqrt(np.mean(v ** 2)) / max(own, 1e-300) for v in (x[:edge], x[-edge:]))
-    if min(first, last) <= 0.02:
+    n = min(math.floor(0.020 * fs + 0.5), len(x) // 4)
+
+    def shares(seconds):
+        edge = min(max(1, math.floor(seconds * fs + 0.5)), len(x))
+        return [math.sqrt(np.mean(v ** 2)) / max(own, 1e-300) for v in (x[:edge], x[len(x) - edge:])]
+    if min(shares(0.010)) <= 0.02:
         return x, True
     y = x.copy()
-    if first > 0.2:
+    first, last = (shares(0.001)[end] > 0.2 or shares(0.004)[end] > 0.4 for end in (0, 1))
+    if first:
         y[:n] *= sin2(n)
-    if last > 0.2:
+    if last:
         y[len(y) - n:] *= sin2(n)[::-1]
-    return y, first <= 0.2 and last <= 0.2
+    return y, not first and not last
 
 
 def excite(x, fs, p):
@@ -362,7 +366,7 @@ def peaks_of(l, depth):
 
 def pulse_rate(l, peaks, dt):
     """ln of the inverse silent gap of short pulses, weighted by length, 1/s, and its standard error; None of others."""
-    if len(peaks) < 4:
+    if len(peaks) < 4 or len(peaks_of(l, 10.0)) > len(peaks):
         return None
     widths = sorted(np.count_nonzero(l[max(0, k - 40):k + 41] > l[k] - 6) for k in peaks)
     if np.median(widths) * dt > 0.025:
@@ -438,14 +442,16 @@ def compare(a, b, p=Parameters()):
     share = [(max(felt[0][c], felt[1][c]) / strongest) ** 2 for c in range(2)]
     heard = min(max(g.level) / (1 + max(g.level)) for g in both)
     # level
-    of = []
+    of, raw = [], []
     for c in range(2):
         d = 10 * math.log10((1 + b.level[c]) / (1 + a.level[c]))
         variance = a.level_error[c] ** 2 + b.level_error[c] ** 2
         of.append(share[c] * left(d, variance, TAKEN_OFF) / level_jnd)
+        raw.append(share[c] * abs(d) / level_jnd)
         errors.append(share[c] * math.sqrt(variance) / level_jnd)
     c = 0 if of[0] > of[1] else 1
     features.append(("level", CHANNELS[c], None, of[c]))
+    hidden = max(raw) ** 2 - of[c] ** 2
     # pitch
     hz = math.exp(0.5 * (a.log_f + b.log_f))
     jnd = between(p.pitch_jnd_20 * (hz / 80) ** p.pitch_slope, p.pitch_jnd_35, min(levels), 10.0)
@@ -454,6 +460,7 @@ def compare(a, b, p=Parameters()):
     pitch = heard * left(b.log_f - a.log_f, variance, TAKEN_OFF) / math.log1p(jnd)
     errors.append(heard * math.sqrt(variance) / math.log1p(jnd))
     features.append(("pitch", None, None, pitch))
+    hidden += (heard * (b.log_f - a.log_f) / math.log1p(jnd)) ** 2 - pitch ** 2
     if a.rate and b.rate:
         pitch = heard * left(a.rate[0] - b.rate[0], a.rate[1] ** 2 + b.rate[1] ** 2, TAKEN_OFF) / math.log1p(p.rate_jnd)
         features.append(("pulse rate", None, None, pitch))
@@ -475,7 +482,7 @@ def compare(a, b, p=Parameters()):
     k = np.arange(1, K + 1)
     slow = 1 / (1 + (np.pi * k / length * p.course_blur_s) ** 2) ** 2
     of = []
-    for c in range(3 if a.whole or b.whole else 0):
+    for c in range(3 if a.whole and b.whole else 0):
         by = math.log1p(p.course_pitch) if c == 2 else level_jnd
         weight = whole / by * (1.0 if c == 2 else share[c])
         noise = slow * K / k * (a.chance[c] + b.chance[c])
@@ -521,7 +528,7 @@ def compare(a, b, p=Parameters()):
     spread = math.sqrt(sum((f[3] ** 2 * math.log(RANGES[f[0]])) ** 2 for f in features)) / max(jnd * jnd, 1e-12)
     sampling = 1.28 * math.sqrt(np.mean(np.square(errors)))
     low = math.sqrt(max(0.0, jnd ** 2 - sampling ** 2)) * math.exp(-spread)
-    high = math.sqrt(jnd ** 2 + sampling ** 2) * math.exp(spread)
+    high = math.sqrt(jnd ** 2 + max(0.0, hidden) + sampling ** 2) * math.exp(spread)
     total = [1 + max(f) + 0.5 * min(f) for f in felt]
     return dict(jnd=jnd, low=low, high=high, d_prime=1.16 * jnd, percent=100 * ndtr(1.16 * jnd / math.sqrt(2)), pitch=pitch,
                 features=features, sampling=sampling, level_db=20 / p.growth * math.log10(total[1] / total[0]), felt_db=levels,

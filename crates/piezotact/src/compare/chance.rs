@@ -32,7 +32,7 @@ pub(super) fn by_name(found: &[Groups]) -> BTreeMap<[&str; 2], Vec<(usize, usize
 pub(super) fn recordings_differ(
     counts: &[Vec<usize>],
     (shuffles, seed): (usize, u64),
-    distance: &mut dyn FnMut(usize, &[usize], &[usize]) -> f64,
+    mut distance: impl FnMut(usize, &[usize], &[usize]) -> f64,
 ) -> Option<f64> {
     let several = |of: &Vec<usize>| of.len() > 1 && of.iter().any(|strokes| *strokes > 1);
     let places: Vec<usize> = (0..counts.len()).filter(|i| several(&counts[*i])).collect();
@@ -70,7 +70,7 @@ pub(super) fn recordings_differ(
 pub(super) fn halves_apart(
     count: usize,
     (divisions, seed): (usize, u64),
-    distance: &mut dyn FnMut(&[usize], &[usize]) -> f64,
+    mut distance: impl FnMut(&[usize], &[usize]) -> f64,
 ) -> Vec<f64> {
     if count < 2 {
         return Vec::new();

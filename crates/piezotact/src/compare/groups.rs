@@ -383,7 +383,7 @@ fn recordings_differ(
         .map(|recordings| recordings.iter().flatten().collect())
         .collect();
     let (mut all, mut one) = (Vec::new(), Vec::new());
-    chance::recordings_differ(&counts, (SHUFFLES, config.seed), &mut |place, order, of| {
+    chance::recordings_differ(&counts, (SHUFFLES, config.seed), |place, order, of| {
         mean_sums(&strokes[place], order, &mut all);
         mean_sums(&strokes[place], of, &mut one);
         config.model.distance_jnd(&all, &one)
@@ -395,7 +395,7 @@ fn within(sample: &Sample, config: &DiscriminationConfig) -> Option<[f64; 2]> {
     let units: Vec<&Excitation> = sample.units.iter().collect();
     let (mut a, mut b) = (Vec::new(), Vec::new());
     let divisions = (HALVINGS, config.seed);
-    let found = halves_apart(units.len(), divisions, &mut |first, second| {
+    let found = halves_apart(units.len(), divisions, |first, second| {
         mean_sums(&units, first, &mut a);
         mean_sums(&units, second, &mut b);
         config.model.distance_jnd(&a, &b)

@@ -116,7 +116,7 @@ impl Sample {
     /// How far halves of the units lie apart in 95 % of divisions, JND; 0 for one unit.
     fn within(&self, seed: u64, parameters: &Parameters) -> f64 {
         let of = |indices: &[usize]| indices.iter().map(|i| &self.units[*i]).collect::<Vec<_>>();
-        let found = halves_apart(self.units.len(), (HALVINGS, seed), &mut |first, second| {
+        let found = halves_apart(self.units.len(), (HALVINGS, seed), |first, second| {
             apart_jnd(&of(first), &of(second), parameters).unwrap_or(0.0)
         });
         let place = (0.95 * found.len().saturating_sub(1) as f64).round() as usize;
@@ -134,7 +134,7 @@ fn recordings_differ(samples: &[&PerceivedStrokes], seed: u64, parameters: &Para
         .iter()
         .map(|all| all.iter().flatten().collect())
         .collect();
-    let p_value = chance::recordings_differ(&counts, (SHUFFLES, seed), &mut |place, order, of| {
+    let p_value = chance::recordings_differ(&counts, (SHUFFLES, seed), |place, order, of| {
         let [all, one] = [order, of].map(|indices| {
             indices
                 .iter()

@@ -51,6 +51,8 @@ struct Comparison<'a> {
     heard: f64,
     found: Vec<Contribution>,
     errors: Vec<f64>,
+    /// The square of what chance may hide of level and pitch, JND².
+    hidden: f64,
 }
 
 /// How far `a` and `b` are apart.
@@ -79,6 +81,7 @@ pub(super) fn decide(a: &Felt, b: &Felt, p: &Parameters) -> Decision {
         heard: heard[0].min(heard[1]),
         found: Vec::new(),
         errors: Vec::new(),
+        hidden: 0.0,
     };
     comparison.level();
     let pitch_jnd = comparison.pitch();
@@ -102,14 +105,17 @@ impl Comparison<'_> {
 
     fn level(&mut self) {
         let (a, b) = (self.a, self.b);
+        let mut whole = [0.0f64; 2];
         let found: [f64; 2] = std::array::from_fn(|c| {
             let apart_db = 10.0 * ((1.0 + b.level[c]) / (1.0 + a.level[c])).log10();
             let variance = a.level_error_db[c].powi(2) + b.level_error_db[c].powi(2);
             let jnd = self.share[c] / self.level_jnd_db;
             self.errors.push(jnd * variance.sqrt());
+            whole[c] = jnd * apart_db.abs();
             jnd * left(apart_db, variance, taken_off::STEADY)
         });
         let c = larger(found);
+        self.hidden += whole[0].max(whole[1]).powi(2) - found[c].powi(2);
         self.add(Feature::Level, Some(c), None, found[c]);
     }
 
@@ -125,6 +131,7 @@ impl Comparison<'_> {
         let scale = self.heard / jnd.ln_1p();
         let mut found = scale * left(b.log_hz - a.log_hz, variance, taken_off::STEADY);
         self.errors.push(scale * variance.sqrt());
+        self.hidden += (scale * (b.log_hz - a.log_hz)).powi(2) - found.powi(2);
         self.add(Feature::Pitch, None, None, found);
         if let (Some(x), Some(y)) = (a.rate, b.rate) {
             let variance = x.error.powi(2) + y.error.powi(2);
@@ -138,7 +145,7 @@ impl Comparison<'_> {
     /// Duration, onset, release and rhythm.
     fn time(&mut self) {
         let (a, b, p) = (self.a, self.b, self.p);
-        if a.whole && b.whole && self.heard > 0.5 {
+        if a.timed && b.timed && self.heard > 0.5 {
             let felt = |s: f64| p.duration_s + p.duration_share * s;
             let duration = (felt(a.length_s) / felt(b.length_s)).ln().abs() / p.duration_share;
             self.add(Feature::Duration, None, None, duration);
@@ -164,7 +171,7 @@ impl Comparison<'_> {
     /// The slow course; two excerpts have no common begin, and none, unless both are means over repetitions.
     fn course(&mut self) {
         let (a, b, p) = (self.a, self.b, self.p);
-        if !(a.whole || b.whole || a.repeated && b.repeated) {
+        if !(a.timed && b.timed || a.repeated && b.repeated) {
             return;
         }
         let length_s = (a.length_s * b.length_s).sqrt();
@@ -253,7 +260,7 @@ impl Comparison<'_> {
             jnd: Estimate {
                 value: jnd,
                 low: (square - error * error).max(0.0).sqrt() / ratio,
-                high: (square + error * error).sqrt() * ratio,
+                high: (square + self.hidden.max(0.0) + error * error).sqrt() * ratio,
             },
             pitch_jnd,
             felt_level_db,
@@ -267,7 +274,8 @@ const WEAKER_DB: f64 = 10.0;
 /// So many steps are tried either way, as a person does not know when to begin: 0.25 s.
 const MOST_STEPS: usize = 25;
 
-/// The largest difference of the levels of two whole vibrations at one moment, dB, where they are aligned best; `None` of excerpts.
+/// The largest difference of the levels of two vibrations at one moment, dB, where they are aligned best; `None` of excerpts that are cut
+/// anywhere.
 ///
 /// Formula: min over lags of max over moments and channels of |ΔL|.
 pub(super) fn moment_apart_db(a: &Felt, b: &Felt) -> Option<f64> {

@@ -6,6 +6,8 @@ use crate::statistics::median;
 
 /// The depth of the dips between events, dB.
 const DEPTH_DB: f64 = 15.0;
+/// Pulses are as many where dips of this depth part them, dB; peaks of noise are more, and how many depends on the level.
+const SURE_DB: f64 = 10.0;
 /// Noise has dips of this depth between them, dB; events have none.
 const RIPPLE_DB: f64 = 6.0;
 /// Where an event begins and ends, dB below its top.
@@ -74,7 +76,7 @@ fn peaks(level_db: &[f64], depth_db: f64) -> Vec<usize> {
 /// The rate of short pulses in `level_db`, from the gaps between them, weighted by their length; `None` where there are none.
 pub(super) fn rate(level_db: &[f64], step_s: f64) -> Option<Rate> {
     let tops = peaks(level_db, DEPTH_DB);
-    if tops.len() < 4 {
+    if tops.len() < 4 || peaks(level_db, SURE_DB).len() > tops.len() {
         return None;
     }
     let width = |&top: &usize| {

@@ -13,17 +13,15 @@ use crate::quantity::Hertz;
 const ENVELOPE_RATE_HZ: f64 = 1000.0;
 /// The fade of a record that begins or ends abruptly, s.
 const FADE_S: f64 = 0.020;
-/// The part of a record that says whether it does, s.
-const EDGE_S: f64 = 0.001;
-/// Abrupt is what begins with this share of its own level.
-const ABRUPT: f64 = 0.2;
-/// Silence is what has less than this share.
-const SILENT: f64 = 0.02;
+/// Abrupt is what begins with more than these shares of its own level over so many seconds: a zero of a slow vibration is no soft begin.
+const ABRUPT: [(f64, f64); 2] = [(0.001, 0.2), (0.004, 0.4)];
+/// Silence is what has less than this share over so many seconds.
+const SILENT: (f64, f64) = (0.010, 0.02);
 /// The silence that is added behind a record, s.
 const PAD_S: f64 = 0.25;
 
 /// The silence that is added to both ends of a whole record, s.
-pub(crate) const LEAD_S: f64 = 0.1;
+const LEAD_S: f64 = 0.1;
 
 /// What a vibration excites over time.
 pub(super) struct Excitation {
@@ -58,12 +56,19 @@ impl Ends {
         let square: f64 = x.iter().map(|v| v * v).sum();
         let fourth: f64 = x.iter().map(|v| v.powi(4)).sum();
         let own = (fourth / square.max(1e-300)).sqrt().max(1e-300);
-        let edge = ((EDGE_S * rate_hz).round() as usize).clamp(1, x.len());
-        let share = [&x[..edge], &x[x.len() - edge..]].map(|end| crate::statistics::rms(end) / own);
-        let silent = share[0].min(share[1]) <= SILENT;
+        let shares = |seconds: f64| {
+            let edge = ((seconds * rate_hz).round() as usize).clamp(1, x.len());
+            [&x[..edge], &x[x.len() - edge..]].map(|end| crate::statistics::rms(end) / own)
+        };
+        let [first, last] = shares(SILENT.0);
+        let silent = first.min(last) <= SILENT.1;
+        let abrupt = [0, 1].map(|end| {
+            let mut levels = ABRUPT.into_iter();
+            levels.any(|(seconds, most)| shares(seconds)[end] > most)
+        });
         Self {
-            abrupt: share.map(|share| share > ABRUPT && !silent),
-            whole: silent || share.iter().all(|share| *share <= ABRUPT),
+            abrupt: abrupt.map(|abrupt| abrupt && !silent),
+            whole: silent || abrupt == [false, false],
         }
     }
 }

@@ -50,6 +50,8 @@ type Variance = fn(&[f64; ALL]) -> f64;
 pub(super) struct Felt {
     pub(super) length_s: f64,
     pub(super) whole: bool,
+    /// Whether its begin and its end say something: it is whole, or cut where the other is.
+    pub(super) timed: bool,
     /// Power over threshold of each channel, and its standard error in dB.
     pub(super) level: [f64; 2],
     pub(super) level_error_db: [f64; 2],
@@ -68,7 +70,7 @@ pub(super) struct Felt {
     pub(super) brief_db: Option<[f64; 2]>,
     pub(super) events: Option<Sequence>,
     pub(super) rate: Option<Rate>,
-    /// The levels of both channels over time, dB, in means over 50 ms, 10 ms apart; empty but of what is whole.
+    /// The levels of both channels over time, dB, in means over 50 ms, 10 ms apart; empty but of what is timed.
     pub(super) moments_db: [Vec<f64>; 2],
     /// Whether it is the mean of excerpts at the same place of a movement, whose course is repeated.
     pub(super) repeated: bool,
@@ -85,8 +87,15 @@ fn level_db(power: &[f64]) -> Vec<f64> {
 }
 
 impl Felt {
-    /// Of acceleration `x`, m/s², of which the skin has the share `skin`.
-    pub(super) fn of(x: &[f64], rate_hz: f64, p: &Parameters, skin: &dyn Fn(f64) -> f64) -> Self {
+    /// Of acceleration `x`, m/s², of which the skin has the share `skin`. What it is compared with has its time and its chance, but for the
+    /// share `independent` of the variance, where that is stated.
+    pub(super) fn of(
+        x: &[f64],
+        rate_hz: f64,
+        p: &Parameters,
+        skin: &dyn Fn(f64) -> f64,
+        independent: Option<f64>,
+    ) -> Self {
         let excitation = Excitation::of(x, rate_hz, p, skin);
         let step_s = excitation.step_s;
         let [rapid, pacinian] = &excitation.power;
@@ -122,6 +131,7 @@ impl Felt {
         let mut felt = Self {
             length_s,
             whole: excitation.whole,
+            timed: independent.is_some(),
             level,
             level_error_db,
             log_hz,
@@ -147,11 +157,15 @@ impl Felt {
                     .count() as f64,
         };
         felt.whole |= felt.is_without_chance();
-        if felt.whole {
+        felt.timed |= felt.whole;
+        if felt.timed {
             felt.moments_db = [0, 1].map(|c| moments(&levels[c][on..off], step_s));
         }
         felt.judge_time(&louder[on..off], step_s);
-        felt
+        match independent {
+            Some(share) => felt.with_independent(share),
+            None => felt,
+        }
     }
 
     /// The mean of excerpts of one texture; `None` of nothing.
@@ -185,6 +199,7 @@ impl Felt {
         Some(Self {
             length_s: of(&|one| one.length_s),
             whole: false,
+            timed: false,
             level: [0, 1].map(|c| of(&|one| one.level[c])),
             level_error_db: [0, 1].map(|c| {
                 let db = |one: &&Self| {
@@ -243,7 +258,7 @@ impl Felt {
     }
 
     /// The same, of whose variance by chance the share `independent` alone is its own; when it ends depends on where it is cut.
-    pub(super) fn with_independent(mut self, independent: f64) -> Self {
+    fn with_independent(mut self, independent: f64) -> Self {
         let ratio = independent.sqrt();
         self.level_error_db = self.level_error_db.map(|error| ratio * error);
         self.log_hz_error *= ratio;
@@ -255,6 +270,25 @@ impl Felt {
             rate.error *= ratio;
         }
         self
+    }
+
+    /// The standard deviation by chance of the level at a moment, dB: the smaller of what the error of the mean level makes likely, and of
+    /// what one moment differs by from the mean of those beside it.
+    ///
+    /// Formula: min(ε·√(T/50 ms), 1.48·median|L₋ − 2L + L₊|/√6), ε the standard error of the level over the length T.
+    pub(super) fn scatter_of_moments_db(&self) -> f64 {
+        let stronger = usize::from(self.level[0] <= self.level[1]);
+        let of_mean_db = self.level_error_db[stronger] * (self.length_s / MOMENT_S).sqrt();
+        let apart = (MOMENT_S / MOMENT_STEP_S).round() as usize;
+        let levels = &self.moments_db[stronger];
+        let (near, far) = (levels.iter().skip(apart), levels.iter().skip(2 * apart));
+        let three = levels.iter().zip(near).zip(far);
+        let mut bends: Vec<f64> = three.map(|((a, b), c)| (a - 2.0 * b + c).abs()).collect();
+        // What grows evenly does not bend.
+        let of_bends_db = median(&mut bends).map_or(f64::INFINITY, |middle| {
+            DEVIATION_OVER_MEDIAN * middle / 6f64.sqrt()
+        });
+        of_mean_db.min(of_bends_db)
     }
 
     /// Whether it is a stimulus and no excerpt: there is no chance in its level.
@@ -276,7 +310,7 @@ impl Felt {
         }
         let level = level_db(louder);
         self.rate = rate(&level, step_s);
-        self.events = if self.whole {
+        self.events = if self.timed {
             sequence(&level, step_s)
         } else {
             None

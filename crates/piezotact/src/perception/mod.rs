@@ -27,7 +27,7 @@ use crate::quantity::{Acceleration, Decibels, Hertz, Seconds};
 use crate::series::Series;
 
 pub use decision::percent_correct;
-pub(crate) use excitation::{Ends, LEAD_S};
+pub(crate) use excitation::Ends;
 pub use parameters::{MODULATION_BANDS_HZ, PARAMETERS, ParameterSource, Parameters};
 
 /// The d′ of one JND: 79 % right of two intervals.
@@ -280,6 +280,8 @@ impl Limitation {
 const RINGING_S: f64 = 0.2;
 /// Levels that differ by less than this at a moment are alike, dB.
 const MOMENT_DB: f64 = 6.0;
+/// The largest of many moments of noise differs by so many standard deviations.
+const MOMENT_DEVIATIONS: f64 = 8.0;
 /// The highest level over threshold at which JND were measured, dB.
 const HIGHEST_MEASURED_DB: f64 = 48.0;
 
@@ -403,7 +405,7 @@ impl PerceivedVibration {
         skin_over_nail: &dyn Fn(Hertz) -> Decibels,
     ) -> Result<Self, PerceptionError> {
         let skin = |hz: f64| skin_over_nail(Hertz(hz)).amplitude_ratio();
-        felt(what, x, parameters.checked()?, &skin).map(Self)
+        felt(what, x, parameters.checked()?, &skin, None).map(Self)
     }
 
     /// The mean of `excerpts` of one texture, such as strokes: their ends say nothing, what they differ by is the error of the mean, and a
@@ -419,15 +421,25 @@ impl PerceivedVibration {
         felt::Felt::mean(&all).map(Self)
     }
 
-    /// The same where it has its chance in common with what it is compared with, such as a copy of one recording, but for the share
-    /// `independent` of the variance, 0–1.
+    /// As [`Self::of`], of one of two vibrations that follow each other and are cut at the same instants: their time is common, and their
+    /// chance but for the share `independent` of the variance, 0–1.
     ///
     /// Formula: of two that are correlated by ρ, 1 − ρ².
     ///
     /// Source: house rule.
-    #[must_use]
-    pub fn with_independent(self, independent: f64) -> Self {
-        Self(self.0.with_independent(independent.clamp(0.0, 1.0)))
+    ///
+    /// # Errors
+    /// Those of [`perceived_difference`].
+    pub fn of_common(
+        what: &'static str,
+        x: &Series<Acceleration>,
+        parameters: &Parameters,
+        skin_over_nail: &dyn Fn(Hertz) -> Decibels,
+        independent: f64,
+    ) -> Result<Self, PerceptionError> {
+        let skin = |hz: f64| skin_over_nail(Hertz(hz)).amplitude_ratio();
+        let independent = Some(independent.clamp(0.0, 1.0));
+        felt(what, x, parameters.checked()?, &skin, independent).map(Self)
     }
 
     /// How different `test` feels.
@@ -511,8 +523,10 @@ impl PerceivedDifference {
         let left_out = (left_out_s >= RINGING_S).then_some(Limitation::LeftOut {
             felt_for: Seconds(left_out_s),
         });
-        let moment =
-            decision::moment_apart_db(a, b).filter(|db| *db > MOMENT_DB && jnd.value < 1.0);
+        // What moments of noise differ by is chance.
+        let scatter_db = a.scatter_of_moments_db().hypot(b.scatter_of_moments_db());
+        let least_db = MOMENT_DB.max(MOMENT_DEVIATIONS * scatter_db);
+        let moment = decision::moment_apart_db(a, b).filter(|db| *db > least_db && jnd.value < 1.0);
         let moment = moment.map(|db| Limitation::Moment {
             difference: Decibels(db),
         });
@@ -577,6 +591,7 @@ fn felt(
     x: &Series<Acceleration>,
     p: &Parameters,
     skin: &dyn Fn(f64) -> f64,
+    independent: Option<f64>,
 ) -> Result<felt::Felt, PerceptionError> {
     let rate_hz = x.rate().hz();
     if rate_hz < LOWEST_RATE_HZ {
@@ -591,5 +606,5 @@ fn felt(
             found: x.duration(),
         });
     }
-    Ok(felt::Felt::of(x.samples(), rate_hz, p, skin))
+    Ok(felt::Felt::of(x.samples(), rate_hz, p, skin, independent))
 }

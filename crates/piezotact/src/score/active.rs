@@ -2,8 +2,9 @@
 
 use std::ops::Range;
 
+use super::perceived::Common;
 use super::waveform::NEARLY_ALL;
-use super::{Extent, ScoreConfig, ScoreError, ScoreModel, ScoreWarning};
+use super::{Extent, ScoreConfig, ScoreError, ScoreModel, ScoreWarning, Waveform};
 use crate::quantity::{Acceleration, SampleRate, Seconds};
 use crate::render::offset;
 use crate::series::{Series, SeriesError};
@@ -114,6 +115,22 @@ impl Compared {
             is_short,
             shorter_s: seconds(rate, shortest),
         })
+    }
+}
+
+impl Compared {
+    /// What both share in time, and the share of their variance that is independent, where one waveform follows the other.
+    pub(super) fn common(&self, waveform: Option<&Waveform>) -> Common<'_> {
+        let shared = self.shared.as_ref()?;
+        Some((shared, self.independent(waveform)))
+    }
+
+    /// The share of the variance of both that is independent, 0–1: all of it but where one waveform follows the other.
+    pub(super) fn independent(&self, waveform: Option<&Waveform>) -> f64 {
+        match (self.extent, waveform) {
+            (Extent::SharedPart, Some(found)) => 1.0 - found.correlation.powi(2),
+            _ => 1.0,
+        }
     }
 }
 

@@ -303,13 +303,8 @@ pub fn score(
     let found = Compared::of([reference, test], shared, config, &mut warnings)?;
     let perceived = match config.judged_by {
         ScoreModel::PerceivedDifference => {
-            let shared = found.shared.as_ref();
-            Some(perceived::perceived(
-                [reference, test],
-                shared,
-                (found.extent, found.extent.independent(waveform.as_ref())),
-                config,
-            )?)
+            let common = found.common(waveform.as_ref());
+            Some(perceived::perceived([reference, test], common, config)?)
         }
         ScoreModel::Spectral => None,
     };
@@ -325,11 +320,7 @@ pub fn score(
     let b = excited("the test", test, &plans, config)?;
     let segments = a.segments().min(b.segments());
     let scales = match found.is_short {
-        true => vec![a.scatter_of_noise(
-            &b,
-            &config.welch,
-            found.extent.independent(waveform.as_ref()),
-        )],
+        true => vec![a.scatter_of_noise(&b, &config.welch, found.independent(waveform.as_ref()))],
         false => evidence([(reference, &a), (test, &b)], extent, &plans, &config.welch)?,
     };
     let (a, b) = (&a.mean, &b.mean);

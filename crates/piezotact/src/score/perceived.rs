@@ -3,20 +3,30 @@
 use serde::Serialize;
 
 use super::active::Compared;
-use super::{Extent, Score, ScoreConfig, ScoreError, waveforms};
+use super::{Score, ScoreConfig, ScoreError, waveforms};
 use crate::perception::{
-    Ends, LEAD_S, Limitation, Parameters, PerceivedDifference, PerceivedVibration, PerceptionError,
-    Record, Sensitivity, sensitivity,
+    Ends, Limitation, Parameters, PerceivedDifference, PerceivedVibration, PerceptionError, Record,
+    Sensitivity, sensitivity,
 };
-use crate::quantity::{Acceleration, Decibels, Hertz, Seconds};
+use crate::quantity::{Acceleration, Decibels, Hertz, SampleRate, Seconds};
 use crate::series::Series;
+use crate::statistics::mean;
 use crate::verify::in_band_with_edges;
 use crate::warning::Warnings;
 
 /// The shortest excerpt of a longer vibration that is compared.
 const SHORTEST_EXCERPT: Seconds = Seconds(0.3);
+/// A duration is a number of samples over a rate.
+const ROUNDING_S: f64 = 1e-9;
 /// The width of the edges of the band, as a share of its ends: sharper ones ring for longer than a channel follows.
-const EDGE_RATIO: f64 = 0.5;
+const EDGE_RATIO: f64 = 0.25;
+/// The silence around what begins and ends by itself: the edges ring for less long.
+const SILENCE: Seconds = Seconds(0.3);
+/// The part of either end from which an offset is taken.
+const END: Seconds = Seconds(0.001);
+/// What a vibration begins and ends with, and the share of its own level from which on it is felt.
+const RAMP: Seconds = Seconds(0.02);
+const FELT_SHARE: f64 = 0.3;
 
 /// Two recordings of what drifts lie farther apart than parts of one: its halves by half its length, two recordings by all of it or more.
 const PARTS: f64 = 2.0;
@@ -55,40 +65,70 @@ fn limited(
 ) -> Result<Series<Acceleration>, ScoreError> {
     let rate = x.rate();
     let within = |samples: &[f64]| in_band_with_edges(samples, rate, config.band, EDGE_RATIO);
-    let samples = match Ends::of(x.samples(), rate.hz()).whole {
-        true => {
-            let silence = vec![0.0; rate.samples_in(Seconds(LEAD_S))];
-            within(&[&silence, x.samples(), &silence].concat())
-        }
-        false => within(x.samples()),
-    };
-    Ok(Series::new(samples, rate)?)
+    let alone = within(x.samples());
+    // Either hides ends: an offset those of the recording, the ringing of the edges those of the band.
+    let is_whole = |samples: &[f64]| Ends::of(samples, rate.hz()).whole;
+    if !is_whole(&alone) && !is_whole(x.samples()) {
+        return Ok(Series::new(alone, rate)?);
+    }
+    // An offset of the sensor, or a slow motion, makes no step where the silence begins.
+    let end = rate.samples_in(END).clamp(1, x.samples().len());
+    let (first, last) = (
+        mean(&x.samples()[..end]),
+        mean(&x.samples()[x.samples().len() - end..]),
+    );
+    let step = (last - first) / x.samples().len() as f64;
+    let samples = x.samples().iter().enumerate();
+    let samples: Vec<f64> = samples.map(|(i, v)| v - first - step * i as f64).collect();
+    let silence = vec![0.0; rate.samples_in(SILENCE)];
+    Ok(Series::new(
+        within(&[&silence, samples.as_slice(), &silence].concat()),
+        rate,
+    )?)
 }
 
-/// How far `a` and `b` are apart, whose variance by chance is their own by the share `independent`.
+/// How far `a` and `b` are apart; where they follow each other and are cut at the same instants, but for the share `independent` of their
+/// variance.
 fn apart(
     [a, b]: [&Series<Acceleration>; 2],
-    independent: f64,
+    independent: Option<f64>,
     parameters: &Parameters,
     config: &ScoreConfig,
 ) -> Result<PerceivedDifference, PerceptionError> {
-    let of = |what, x| {
-        let felt = PerceivedVibration::of(what, x, parameters, &skin(config))?;
-        Ok(felt.with_independent(independent))
+    let skin = skin(config);
+    let of = |what, x| match independent {
+        Some(share) => PerceivedVibration::of_common(what, x, parameters, &skin, share),
+        None => PerceivedVibration::of(what, x, parameters, &skin),
     };
     Ok(of("the reference", a)?.difference(&of("the test", b)?, parameters))
 }
 
-/// Twice what parts of `x` are apart, JND: its halves, or those two of its quarters that differ most; `None` where they are too short.
+/// The samples of `x` between its begin and its end, without ramps and the silence around.
+fn inner(x: &[f64], rate: SampleRate) -> &[f64] {
+    let square: f64 = x.iter().map(|v| v * v).sum();
+    let fourth: f64 = x.iter().map(|v| v.powi(4)).sum();
+    let least = FELT_SHARE * (fourth / square.max(f64::MIN_POSITIVE)).sqrt();
+    let first = x.iter().position(|v| v.abs() > least).unwrap_or(0);
+    let last = x.iter().rposition(|v| v.abs() > least).unwrap_or(0);
+    let ramp = rate.samples_in(RAMP);
+    x.get(first + ramp..last.saturating_sub(ramp)).unwrap_or(x)
+}
+
+/// Twice what parts of `x` are apart, JND: its halves, or those two of its quarters that differ most; `None` where they are too short. How
+/// it begins and ends is no part of them.
 fn parts(x: &Series<Acceleration>, config: &ScoreConfig) -> Option<f64> {
-    let (samples, count) = (x.samples(), x.samples().len());
+    let samples = match Ends::of(x.samples(), x.rate().hz()).whole {
+        true => inner(x.samples(), x.rate()),
+        false => x.samples(),
+    };
+    let count = samples.len();
     let cut = |from: usize, of: usize| -> Option<Series<Acceleration>> {
         let place = |part: usize| part * count / of;
         Series::new(samples[place(from)..place(from + 1)].to_vec(), x.rate()).ok()
     };
     let parts_apart = |[first, second]: [usize; 2], of: usize| {
         let (first, second) = (cut(first, of)?, cut(second, of)?);
-        let found = apart([&first, &second], 1.0, &Parameters::published(), config);
+        let found = apart([&first, &second], None, &Parameters::published(), config);
         Some(found.ok()?.jnd.value)
     };
     let quarters = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
@@ -111,7 +151,7 @@ fn refuse(
     let is_shared = compared[0].samples().len() == compared[1].samples().len() && a != b;
     for (i, (x, record)) in compared.into_iter().zip(records).enumerate() {
         let found = x.duration();
-        if record == Record::Excerpt && found.0 < SHORTEST_EXCERPT.0 {
+        if record == Record::Excerpt && found.0 < SHORTEST_EXCERPT.0 - ROUNDING_S {
             return Err(ScoreError::TooShort {
                 what: match is_shared {
                     true => names[0],
@@ -125,45 +165,46 @@ fn refuse(
     Ok(())
 }
 
-/// `both` within the band of `config`, or, of an excerpt that is cut out of the other or that the other follows, what they share; and how
-/// far they are apart.
+/// What one vibration shares in time with another that it follows, and the share of the variance of both that is independent.
+pub(super) type Common<'s> = Option<(&'s [Series<Acceleration>; 2], f64)>;
+
+/// `both` within the band of `config`, or what they have in common where one of them is an excerpt; and how far they are apart.
 fn compared(
     both: [&Series<Acceleration>; 2],
-    shared: Option<&[Series<Acceleration>; 2]>,
-    independent: f64,
+    common: Common<'_>,
     config: &ScoreConfig,
 ) -> Result<([Series<Acceleration>; 2], PerceivedDifference), ScoreError> {
     let published = Parameters::published();
-    let of = |[a, b]: [&Series<Acceleration>; 2]| {
+    let of = |[a, b]: [&Series<Acceleration>; 2], independent| {
         let (a, b) = (limited(a, config)?, limited(b, config)?);
         let difference = apart([&a, &b], independent, &published, config)?;
         Ok::<_, ScoreError>(([a, b], difference))
     };
-    let (mut compared, mut difference) = of(both)?;
-    if let Some([first, second]) = shared
-        && difference.records.contains(&Record::Excerpt)
-    {
-        (compared, difference) = of([first, second])?;
+    let (mut compared, mut difference) = of(both, None)?;
+    if let Some(([first, second], independent)) = common {
+        let cut = match difference.records.contains(&Record::Excerpt) {
+            true => [first, second],
+            false => both,
+        };
+        (compared, difference) = of(cut, Some(independent))?;
     }
     let [a, b] = &compared;
     refuse(both, [a, b], difference.records)?;
     Ok((compared, difference))
 }
 
-/// How far `both` are apart within the band of `config`; of an excerpt that is cut out of the other, or that the other follows, what they
-/// share. Their variance by chance is their own by the share `independent`, less than 1 where one waveform follows the other.
+/// How far `both` are apart within the band of `config`: all of each, or what they have in common where one of them is an excerpt.
 pub(super) fn perceived(
     both: [&Series<Acceleration>; 2],
-    shared: Option<&[Series<Acceleration>; 2]>,
-    (extent, independent): (Extent, f64),
+    common: Common<'_>,
     config: &ScoreConfig,
 ) -> Result<Perceived, ScoreError> {
-    let ([a, b], difference) = compared(both, shared, independent, config)?;
-    let within_jnd = match extent {
-        Extent::SharedPart => None,
+    let ([a, b], difference) = compared(both, common, config)?;
+    let within_jnd = match common {
+        Some(_) => None,
         // The parts of a rhythm or a sweep differ by nature.
-        Extent::WholeOfEach if difference.without_chance => None,
-        Extent::WholeOfEach => [&a, &b]
+        None if difference.without_chance => None,
+        None => [&a, &b]
             .into_iter()
             .filter_map(|x| parts(x, config))
             .reduce(f64::max),
@@ -190,8 +231,9 @@ impl Score {
         let [reference, test] = both;
         let (waveform, shared) = waveforms(reference, test, config.band, &mut said);
         let found = Compared::of(both, shared, config, &mut said)?;
-        let independent = found.extent.independent(waveform.as_ref());
-        let ([a, b], _) = compared(both, found.shared.as_ref(), independent, config)?;
+        let common = found.common(waveform.as_ref());
+        let ([a, b], _) = compared(both, common, config)?;
+        let independent = common.map(|(_, share)| share);
         Ok(sensitivity(&Parameters::published(), |parameters| {
             apart([&a, &b], independent, parameters, config)
         })?)

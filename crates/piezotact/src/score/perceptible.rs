@@ -2,7 +2,7 @@
 
 use super::perceived::perceived;
 use super::verdict::perceived_criteria;
-use super::{Extent, Perceived, ScoreConfig, Verdict};
+use super::{Perceived, ScoreConfig, Verdict};
 use crate::criterion::Criterion;
 use crate::lineage::Mode;
 use crate::quantity::{Acceleration, Quantity, SampleRate};
@@ -39,14 +39,13 @@ fn felt(verification: &Verification) -> Option<Perceived> {
     };
     let (target, measured) = (part(&verification.target)?, part(&verification.aligned)?);
     let config = ScoreConfig::over(verification.band_hz, verification.rate_hz);
-    let of = match verification.mode {
-        Mode::Replicate => {
-            let independent = 1.0 - verification.waveform_correlation.powi(2);
-            (Extent::SharedPart, independent)
-        }
-        Mode::Texture => (Extent::WholeOfEach, 1.0),
+    let both = [target, measured];
+    let common = match verification.mode {
+        Mode::Replicate => Some((&both, 1.0 - verification.waveform_correlation.powi(2))),
+        Mode::Texture => None,
     };
-    perceived([&target, &measured], None, of, &config).ok()
+    let [target, measured] = &both;
+    perceived([target, measured], common, &config).ok()
 }
 
 /// The criterion on the perceived difference; `None` where it is not decided.

@@ -34,16 +34,6 @@ pub enum Extent {
     SharedPart,
 }
 
-impl Extent {
-    /// The share of the variance of both that is independent, 0–1: all of it but where one waveform follows the other.
-    pub(super) fn independent(self, waveform: Option<&Waveform>) -> f64 {
-        match (self, waveform) {
-            (Self::SharedPart, Some(found)) => 1.0 - found.correlation.powi(2),
-            _ => 1.0,
-        }
-    }
-}
-
 /// From this correlation on, of either sign, one waveform follows the other over nearly all of the shorter one.
 const FOLLOWS: f64 = 0.5;
 /// So much of the shorter one.

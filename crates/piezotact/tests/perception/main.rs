@@ -413,8 +413,106 @@ fn silence_around_a_vibration_is_not_felt() {
             assert!(found.jnd.high < 0.3, "{hz} Hz, {ramp_s} s: {found:?}");
             // Neither is it by a score, whose band has edges that ring.
             let scored = score(&series(&x), &series(&padded(&x)), &over_the_band()).unwrap();
-            let jnd = scored.perceived.unwrap().difference.jnd.value;
-            assert!(jnd < 0.1, "{hz} Hz, {ramp_s} s: {jnd}");
+            let scored = scored.perceived.unwrap().difference;
+            assert!(scored.jnd.value < 0.1, "{hz} Hz, {ramp_s} s: {scored:?}");
+        }
+    }
+}
+
+/// An offset of the sensor is not felt, whatever its size, with ramps and with silence around.
+#[test]
+fn an_offset_is_not_felt() {
+    let silence = vec![0.0; 4000];
+    let texture = noise(50.0, 500.0, 25.0, 1.0, 11);
+    let vibrations = [
+        ramp(tone(250.0, 25.0), 0.020),
+        [silence.as_slice(), &texture, &silence].concat(),
+    ];
+    for x in vibrations {
+        let rms = (x.iter().map(|v| v * v).sum::<f64>() / x.len() as f64).sqrt();
+        for share in [0.05, 0.1, 0.2, 1.0, 10.0] {
+            let moved: Vec<f64> = x.iter().map(|v| v + share * rms).collect();
+            let found = score(&series(&x), &series(&moved), &over_the_band()).unwrap();
+            let jnd = found.perceived.unwrap().difference.jnd.value;
+            assert!(jnd < 0.1, "{share}: {jnd}, {}", found.sentence);
+        }
+    }
+}
+
+/// What is cut in the same way is compared in time: a texture of which a part is silent, or softer, is not a copy of it.
+#[test]
+fn a_copy_that_stops_is_told_apart() {
+    let x = noise(40.0, 400.0, 30.0, 4.0, 21);
+    let n = x.len();
+    let changed = |from: usize, to: usize, gain: f64| -> Vec<f64> {
+        let gain = |i: usize| if (from..to).contains(&i) { gain } else { 1.0 };
+        x.iter().enumerate().map(|(i, v)| v * gain(i)).collect()
+    };
+    for (name, test) in [
+        ("ends", changed(n / 2, n, 0.0)),
+        ("begins", changed(0, n / 2, 0.0)),
+        ("is missing", changed(n / 4, n / 2, 0.0)),
+        ("softer", changed(n / 2, n, 0.25)),
+    ] {
+        let found = score(&series(&x), &series(&test), &over_the_band()).unwrap();
+        assert!(
+            matches!(found.verdict, Verdict::Distinguishable { .. }),
+            "{name}: {}",
+            found.sentence
+        );
+    }
+}
+
+/// Two realisations of textures that begin and end softly are as near as others; 3 dB between two of them are not below the JND.
+#[test]
+fn ramps_and_chance_decide_nothing() {
+    let (mut below, mut hidden) = (0, 0);
+    for seed in 0..8 {
+        let of = |seed: u64| ramp(noise(40.0, 400.0, 25.0, 3.0, seed), 0.020);
+        let verdict = |test: &[f64]| {
+            let found = score(&series(&of(seed)), &series(test), &over_the_band()).unwrap();
+            assert!(
+                !matches!(found.verdict, Verdict::Distinguishable { .. }),
+                "{}",
+                found.sentence
+            );
+            found.verdict
+        };
+        below += usize::from(verdict(&of(seed + 100)) == Verdict::BelowJnd);
+        let short = |seed: u64| noise(50.0, 500.0, 30.0, 0.4, seed);
+        let found = score(
+            &series(&short(seed)),
+            &series(&louder(short(seed + 50), -4.0)),
+            &over_the_band(),
+        );
+        hidden += usize::from(found.unwrap().verdict == Verdict::BelowJnd);
+    }
+    eprintln!("realisations below {below} of 8, 4 dB below {hidden} of 8");
+    assert!(below >= 6 && hidden == 0, "{below} {hidden}");
+}
+
+/// The difference grows with the level of a copy, near threshold too.
+#[test]
+fn more_gain_is_never_felt_less() {
+    for seed in 0..6 {
+        let slow = noise(2.0, 12.0, 25.0, 4.0, seed);
+        let size = slow.iter().fold(0.0f64, |most, v| most.max(v.abs()));
+        let carrier = noise(150.0, 350.0, 14.0, 4.0, seed + 30);
+        let x: Vec<f64> = carrier
+            .iter()
+            .zip(&slow)
+            .map(|(v, s)| v * (4.0 * s / size).exp())
+            .collect();
+        let mut before = 0.0;
+        for db in [0.8, 1.2, 1.6, 2.0, 2.4, 3.0, 3.6] {
+            let found = score(
+                &series(&x),
+                &series(&louder(x.clone(), db)),
+                &over_the_band(),
+            );
+            let jnd = found.unwrap().perceived.unwrap().difference.jnd.value;
+            assert!(jnd > before - 0.1, "{seed}, {db} dB: {jnd} after {before}");
+            before = jnd;
         }
     }
 }
