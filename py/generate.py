@@ -61,6 +61,7 @@ FUNCTIONS = [
     Function("manipulate", "manipulate", {"Manipulated": "manipulate"}, data=("input",), outputs={"out": "texture.wav"}),
     Function("prepare", "prepare", {"Prepared": "prepare", "PreparedStimuli": "prepare_stimuli"}, outputs={"out": "prepared"}),
     Function("panel_run", "panel run", {"PanelRun": "panel_run"}, outputs={"out": "panel"}),
+    Function("panel_add", "panel add", {"PanelAddition": "panel_add"}),
     Function("panel_analyse", "panel analyse", {"PanelAnalysis": "panel_analysis"}),
     Function("panel_average", "panel average", {"PanelAverage": "panel_average"}, outputs={"out": "transfer.json"}),
     Function("eeg_erd", "eeg erd", {"EegErd": "eeg_erd"}),
@@ -70,7 +71,7 @@ FUNCTIONS = [
 ]
 
 #: What every result has of its own; `warnings` are those of its document.
-TAKEN = ["ended", "said", "files", "recording", "function", "report", "to_dict", "to_csv", "to_columns", "to_html"]
+TAKEN = ["ended", "said", "files", "recording", "function", "report", "to_dict", "to_csv", "to_columns", "to_html", "captions", "plot"]
 #: Arguments that no function has: results are no text.
 NEVER = {"json", "date", "force"}
 #: Those that have a meaning of their own beside a file: `rate` of an array is its sampling rate.
@@ -82,7 +83,7 @@ MODULES = {
     "_look": ("Look at signals and surfaces.", ["info", "spectrum", "noise", "roughness"]),
     "_touch": ("Strokes of a finger over a surface.", ["strokes", "cut", "compare"]),
     "_device": ("Know a device.", ["transfer", "characterise"]),
-    "_panel": ("Transfer functions of several people.", ["panel_run", "panel_analyse", "panel_average"]),
+    "_panel": ("Transfer functions of several people.", ["panel_run", "panel_add", "panel_analyse", "panel_average"]),
     "_render": ("Drives that make a finger feel a texture.", ["manipulate", "render", "prepare"]),
     "_verify": ("How close a rendering comes.", ["play", "verify", "score"]),
     "_people": ("What people answered.", ["answers"]),

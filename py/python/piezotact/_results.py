@@ -20,13 +20,14 @@ import numpy.typing as npt
 
 from ._errors import UsageError, Warning
 from ._piezotact import Called, transfer_function
+from ._plot import draw
 from ._recording import Recording, read
 
 
 class Record:
     """A part of a document: its fields are attributes.
 
-    Rows of numbers are arrays that cannot be written, in which an absent number is NaN.
+    Rows of numbers are arrays that cannot be written, in which an absent number is NaN; rows of one length are an array of two dimensions.
     """
 
     def __init__(self, fields: dict[str, Any]) -> None:
@@ -70,12 +71,20 @@ def shown(value: Any) -> Any:
             array = np.array(value, dtype=np.int64 if whole and _fits(value) else np.float64)
             array.flags.writeable = False
             return array
+        if value and all(_is_row(one) and len(one) == len(value[0]) for one in value) and any(_is_number(one) for row in value for one in row):
+            table = np.array(value, dtype=np.float64)
+            table.flags.writeable = False
+            return table
         return [shown(one) for one in value]
     return value
 
 
 def _fits(numbers: list[int]) -> bool:
     return all(-(2**63) <= one < 2**63 for one in numbers)
+
+
+def _is_row(value: Any) -> bool:
+    return isinstance(value, list) and bool(value) and all(_is_number(one) or one is None for one in value)
 
 
 def _is_number(value: Any) -> bool:
@@ -166,6 +175,37 @@ class Result(Record):
     def to_arrow(self) -> Any:
         """The table as a ``pyarrow.Table``."""
         return import_module("pyarrow").table(self.to_columns())
+
+    @property
+    def captions(self) -> list[str]:
+        """What each figure of the report shows: the captions, in order."""
+        return [figure["caption"] for figure in self._figures()]
+
+    def plot(self, number: int = 1, *, ax: Any = None) -> Any:
+        """Draws a figure of the report with matplotlib, with its labels, units and numbers.
+
+        Parameters
+        ----------
+        number : int
+            Which one, from 1 on; `captions` says what each of them shows.
+        ax : matplotlib.axes.Axes, optional
+            Where a figure that is one chart is drawn; default: a figure of its own.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            The axes, to go on with; a list of them where the figure has several.
+        """
+        figures = self._figures()
+        if not figures:
+            raise UsageError(f"{type(self).__name__} has no figure; to_dict() has all of it")
+        if isinstance(number, bool) or not isinstance(number, int) or not 1 <= number <= len(figures):
+            raise UsageError(f"number: expected a number from 1 to {len(figures)}, found {number!r}")
+        return draw(figures[number - 1], ax)
+
+    def _figures(self) -> list[dict[str, Any]]:
+        figures: list[dict[str, Any]] = json.loads(self._called.figures())
+        return figures
 
     def to_html(self) -> str:
         """The report as one HTML file without anything beside it."""

@@ -400,10 +400,10 @@ def compare(
         The part of a recording with gaps (EEG formats, XDF) that is read, from 1 on; default: the first, with a
         warning.
     jnd : float, optional
-        The just-noticeable difference (JND) in level, in dB: smaller differences are not noticed; between it and 2.5
-        dB, the upper end of the published range, the result is not decided. Default: 1.58.
+        The just-noticeable difference (JND) in level between spectra, in dB: smaller differences are not noticed;
+        between it and 2.5 dB, the upper end of the published range, the result is not decided. Default: 1.58.
     frequency_jnd : float, optional
-        The just-noticeable difference in frequency, as a fraction of the frequency. Default: 0.2.
+        The just-noticeable difference in frequency between spectra, as a fraction of the frequency. Default: 0.2.
     contact_map : path, optional
         The measured ratio of skin to nail vibration: a table of frequency (Hz) and skin over nail (dB, or ratio). By
         default, skin and nail are assumed to move equally.

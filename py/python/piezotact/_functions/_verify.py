@@ -121,8 +121,8 @@ class Score(Result):
     bands: list[Record]
     #: How it was computed.
     config: Record
-    #: The criteria: the score re the just-noticeable difference and, for two realisations, re the distance between the
-    #: halves of one recording.
+    #: The criteria: the difference that decides re the just-noticeable difference and, for two realisations, re the
+    #: distance between the halves of one recording.
     criteria: list[Record]
     #: What of the two is compared.
     extent: Any
@@ -138,20 +138,20 @@ class Score(Result):
     literature: Record | None
     #: The spread of short-time levels of the reference and the test, dB; it is not part of the score.
     modulation_db: npt.NDArray[np.float64] | None
-    #: How far they are apart over time and channels; absent where they are too short.
-    over_time: Record | None
+    #: The score: the perceived difference, over time and by channel; absent where the spectra decide.
+    perceived: Record | None
     #: The rate at which they were compared, Hz.
     rate_hz: float
     #: The mean frequency of what the reference excites, Hz.
     reference_centroid_hz: float
     #: The level of what the reference excites, dB re the detection threshold.
     reference_sensation_db: float
-    #: The score, JND: the largest of the three differences below.
-    score: Record
     #: The segments averaged, of the one that has fewer.
     segments: int
     #: One sentence that says whether a finger could tell A, the reference, from B, the test, by how much, and how.
     sentence: str
+    #: The difference of the spectra, JND: the largest of the three below.
+    spectral: Record
     #: The mean difference of the bands' levels, weighed by what they excite.
     spectrum: Record
     #: The spectra line by line.
@@ -165,7 +165,8 @@ class Score(Result):
     version: int
     #: How alike the waveforms are; it is not part of the score.
     waveform: Record | None
-    #: How far the halves of the reference lie apart, and those of the test, JND; absent where they are too short.
+    #: How far the spectra of the halves of the reference lie apart, and those of the test, JND; absent where they are
+    #: too short.
     within_jnd: npt.NDArray[np.float64] | None
 
 
@@ -349,6 +350,7 @@ def score(
     test_channel: Text | None = None,
     test_scale: Text | None = None,
     band: Text | None = None,
+    model: Literal["perceived", "spectral"] | None = None,
     jnd: float | None = None,
     frequency_jnd: float | None = None,
     contact_map: Path | None = None,
@@ -384,11 +386,14 @@ def score(
         What the number 1 in B means, if it differs from `scale`.
     band : str or number, optional
         The band in which A and B are compared, in Hz. Default: 20..1000.
+    model : {'perceived', 'spectral'}, optional
+        Which difference decides: the perceived one, or that of long-time spectra, which `jnd` and `frequency_jnd`
+        concern. Default: perceived.
     jnd : float, optional
-        The just-noticeable difference (JND) in level, in dB: smaller differences are not noticed; between it and 2.5
-        dB, the upper end of the published range, the result is not decided. Default: 1.58.
+        The just-noticeable difference (JND) in level between spectra, in dB: smaller differences are not noticed;
+        between it and 2.5 dB, the upper end of the published range, the result is not decided. Default: 1.58.
     frequency_jnd : float, optional
-        The just-noticeable difference in frequency, as a fraction of the frequency. Default: 0.2.
+        The just-noticeable difference in frequency between spectra, as a fraction of the frequency. Default: 0.2.
     contact_map : path, optional
         The measured ratio of skin to nail vibration: a table of frequency (Hz) and skin over nail (dB, or ratio). By
         default, skin and nail are assumed to move equally.
