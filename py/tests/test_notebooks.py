@@ -24,7 +24,7 @@ def test_the_chapter_links_all_of_them() -> None:
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 def test_a_notebook_runs_and_shows_figures(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("TEXTSENSE", raising=False)
-    notebook: Any = nbformat.read(path, as_version=4)
+    notebook: Any = nbformat.read(path, as_version=4)  # type: ignore[no-untyped-call]
     nbformat.validate(notebook)
     # What is stored has no outputs, which differ with every version of what draws them.
     assert not any(cell.get("outputs") for cell in notebook.cells)

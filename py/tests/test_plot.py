@@ -13,7 +13,7 @@ import matplotlib
 import numpy as np
 import piezotact as pz
 import pytest
-from scipy import signal
+from scipy import signal  # type: ignore[import-untyped]
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
@@ -51,9 +51,9 @@ def test_a_chart_is_drawn_into_axes_that_are_there(data: Path) -> None:
     found = pz.spectrum(data / "texture.wav")
     assert found.plot(ax=ax) is ax and found.plot(1, ax=ax) is ax
     assert len(ax.lines) == 2
-    found = pz.answers(data / "answers.csv")
+    matrix = pz.answers(data / "answers.csv")
     with pytest.raises(pz.UsageError, match="expected a figure that is one chart, found"):
-        found.plot(1, ax=ax)
+        matrix.plot(1, ax=ax)
 
 
 def test_a_spectrogram_is_its_powers(data: Path, tmp_path: Path) -> None:

@@ -241,8 +241,7 @@ def _maps(plt: Any, drawn: dict[str, Any]) -> Any:
     for ax, panel in zip(axes, panels):
         ground = panel["ground"]
         head = ground["kind"] == "head"
-        x, y = (None, None) if head else (ground["x"], ground["y"])
-        extent = (-1, 1, -1, 1) if head else (x["low"], x["high"], y["low"], y["high"])
+        extent = [-1, 1, -1, 1] if head else [ground[axis][end] for axis in "xy" for end in ("low", "high")]
         values = _numbers(panel["values"], panel["columns"])
         image = ax.imshow(values, extent=extent, vmin=-reach, vmax=reach, cmap="RdBu_r", aspect="equal" if head else "auto")
         ax.set_title(panel["title"], fontsize="medium")
@@ -255,7 +254,7 @@ def _maps(plt: Any, drawn: dict[str, Any]) -> Any:
             ax.axvline(place, color="#464e56", linewidth=1)
         for left, right, low, high in ground["outlined"]:
             ax.add_patch(patches.Rectangle((left, low), right - left, high - low, fill=False, color="#464e56"))
-        _axes(ax, x, y)
+        _axes(ax, ground["x"], ground["y"])
         ax.label_outer()
     figure.colorbar(image, ax=axes, label=drawn["label"])
     return axes[0] if len(axes) == 1 else axes
