@@ -1,6 +1,6 @@
 """The package for Python beside SciPy and beside the command, in one run.
 
-    python3 bench/python.py PROGRAM FOLDER [REPETITIONS]    in an environment with the wheel, scipy and pyarrow
+    python3 bench/python.py PROGRAM FOLDER [REPETITIONS [WORK ...]]    in an environment with the wheel, scipy and pyarrow
 
 W1  the PSD of one channel of 10 min at 5 kHz        spectrum
 W2  the transfer function of a pair of 60 s at 5 kHz  transfer
@@ -95,7 +95,7 @@ def main():
     folder.mkdir(parents=True, exist_ok=True)
     warnings.simplefilter("ignore")
     print(f"{'work':4} {'contestant':17} {'median, ms':>10} {'quartiles, ms':>17} {'SciPy / it':>10} {'it / command':>12}")
-    for work in NAMES:
+    for work in sys.argv[4:] or NAMES:
         runs = contestants(program, folder, work)
         times = {name: [] for name in runs}
         for turn in range(repetitions + 1):
