@@ -51,12 +51,12 @@ def main():
     with tempfile.TemporaryDirectory() as made:
         folder = args.folder or twin_recordings(Path(made))
         paths = [str(path.resolve()) for path in sorted(folder.glob(args.pattern))]
-        spark = SparkSession.builder.master(args.master).appName("strokes").config("spark.ui.enabled", "false").getOrCreate()
-        # What is made of a list in parts keeps the order of the list.
-        parts = spark.sparkContext.parallelize([(path,) for path in paths], args.partitions)
-        recordings = spark.createDataFrame(parts, "path string")
-        table = recordings.mapInArrow(strokes, from_arrow_schema(schema)).toArrow()
-        spark.stop()
+        sessions = SparkSession.builder.master(args.master).appName("strokes").config("spark.ui.enabled", "false")
+        with sessions.getOrCreate() as spark:
+            # What is made of a list in parts keeps the order of the list.
+            parts = spark.sparkContext.parallelize([(path,) for path in paths], args.partitions)
+            recordings = spark.createDataFrame(parts, "path string")
+            table = recordings.mapInArrow(strokes, from_arrow_schema(schema)).toArrow()
 
     table = table.cast(schema).replace_schema_metadata(schema.metadata)
     pq.write_table(table, args.out)

@@ -112,13 +112,15 @@ def batch(rows: pyarrow.RecordBatch, *, unit: Unit = None, schema: pyarrow.Schem
             of.append(number)
             for name, values in cells.items():
                 values.append(line.get(name))
-    try:
-        repeated = rows.select(plan.carried).take(pa.array(of, pa.int64()))
-    except pa.ArrowException as error:
-        raise UsageError(f"rows: expected columns that pyarrow can repeat for each stroke ({error}); cast them") from error
-    made = {name: pa.array(values, plan.schema.field(name).type) for name, values in cells.items()}
-    columns = [repeated.column(name) if name in plan.carried else made[name] for name in plan.schema.names]
-    return pa.RecordBatch.from_arrays(columns, schema=plan.schema)
+    arrays = []
+    for field in plan.schema:
+        if field.name in cells:
+            arrays.append(pa.array(cells[field.name], field.type))
+        else:
+            # take() has no kernel for some types, such as string_view.
+            column = rows.column(field.name)
+            arrays.append(pa.concat_arrays([column.slice(0, 0), *(column.slice(number, 1) for number in of)]))
+    return pa.RecordBatch.from_arrays(arrays, schema=plan.schema)
 
 
 def batch_schema(columns: pyarrow.Schema) -> pyarrow.Schema:
