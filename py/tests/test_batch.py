@@ -101,6 +101,7 @@ def test_the_lines_of_arrays_are_the_strokes_of_each(data: Path, kind: Any) -> N
     assert at == len(lines) > 6
 
 
+@pytest.mark.filterwarnings("ignore::piezotact.Warning")
 def test_the_columns_are_those_of_the_table(data: Path) -> None:
     header = list(pz.strokes(data / "S8.parquet").to_columns())
     names = pz.batch_schema(pa.schema({"path": pa.string()})).names
@@ -144,18 +145,19 @@ WAVE = [float(one % 7) for one in range(9000)]
     [
         ({"path": pa.array([None], pa.string())}, "path: expected the path of a recording, found null"),
         ({"path": ["missing.wav"]}, "missing.wav"),
-        ({"path": [""]}, "expected"),
+        ({"path": [""]}, "path: expected the path of a recording, found an empty text"),
         ({"acc": numbers(*WAVE, None), "rate_hz": [5000.0]}, "acc: expected samples without gaps, found 1 null"),
         ({"acc": numbers(*WAVE, np.nan), "rate_hz": [5000.0]}, "NaN"),
         ({"acc": numbers(*WAVE), "rate_hz": pa.array([None], pa.float64())}, "rate_hz: expected the sampling rate, in Hz, found null"),
-        ({"acc": numbers(*WAVE), "rate_hz": [1e300]}, "expected"),
-        ({"acc": numbers(*WAVE), "rate_hz": [-1]}, "expected"),
-        ({"acc": numbers(*WAVE), "rate_hz": [np.nan]}, "expected"),
+        ({"acc": numbers(*WAVE), "rate_hz": [1e300]}, "expected a sampling rate from 0.001 to 1e7 Hz, found 1000000"),
+        ({"acc": numbers(*WAVE), "rate_hz": [-1]}, "expected a sampling rate from 0.001 to 1e7 Hz, found -1"),
+        ({"acc": numbers(*WAVE), "rate_hz": [np.nan]}, "expected a sampling rate from 0.001 to 1e7 Hz, found NaN"),
         ({"acc": numbers(*WAVE), "fz": numbers(1, 2), "rate_hz": [5000]}, "9000"),
-        ({"acc": numbers(), "rate_hz": [5000]}, "expected samples, found none"),
+        ({"acc": numbers(), "rate_hz": [5000]}, "acc: expected samples, found none"),
         ({"acc": pa.array([None], pa.list_(pa.float64())), "rate_hz": [5000]}, "acc: expected the samples of a recording, found null"),
-        ({"path": ["S8.parquet"], "touch": ["gently"]}, "gently"),
-        ({"path": ["S8.parquet"], "load_n": [-0.2]}, "expected"),
+        ({"path": ["S8.parquet"], "touch": ["gently"]}, "touch: expected one of active, passive, found 'gently'"),
+        ({"path": ["S8.parquet"], "speed_m_s": [np.inf]}, "speed_m_s: expected a speed above 0 m/s, found inf"),
+        ({"path": ["S8.parquet"], "load_n": [-0.2]}, "expected a load above 0 N, found -0.2"),
     ],
 )
 def test_a_recording_that_cannot_be_analysed_says_why(
@@ -179,6 +181,7 @@ ACC = {"acc": numbers(*WAVE)}
         ({**ACC, "rate_hz": ["5000"]}, {"unit": "g"}, "rate_hz: expected a column of numbers, found string"),
         ({"path": ["x"], "load_n": ["heavy"]}, {}, "load_n: expected a column of numbers, found string"),
         ({"path": ["x"], "participant": [1.5]}, {}, "participant: expected a column of texts or integers, found double"),
+        (ACC, {"unit": "g"}, "rate: expected the sampling rate of the channels, in Hz, found none"),
         (ACC, {"rate": 5000}, "acc: expected its unit, such as unit={'acc': 'm/s2'}, found None"),
         ({**ACC, "fz": numbers(1)}, {"rate": 5000, "unit": {"acc": "g"}}, "fz: expected its unit"),
         (ACC, {"rate": 5000, "unit": {"acc": "g", "fz": "N"}}, "expected units of the columns acc, found one of 'fz'"),

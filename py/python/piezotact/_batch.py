@@ -5,12 +5,13 @@ from __future__ import annotations
 import csv
 import inspect
 import io
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from ._call import done
+from ._call import commands, done
 from ._errors import DataError, Error, UsageError
 from ._functions import Strokes, strokes
 from ._piezotact import __version__
@@ -101,7 +102,7 @@ def batch(rows: pyarrow.RecordBatch, *, unit: Unit = None, schema: pyarrow.Schem
         raise UsageError(f"rows: expected a pyarrow.RecordBatch, found a {found}; pyarrow.RecordBatch.from_pandas or Table.to_batches makes one")
     plan = _plan(rows.schema)
     _require_same(schema, plan.schema)
-    _require_options(options, rows.schema.names)
+    _require_options(options, plan, rows.schema.names)
     units = _units(plan, rows.schema, unit)
 
     looked_at = [name for name in ["path", *NAMED, *STATED, *(plan.channels or [])] if name in rows.schema.names]
@@ -232,7 +233,7 @@ def _require_same(planned: Any, own: pyarrow.Schema) -> None:
         raise UsageError(f"schema: expected the columns with which the work was planned, found {', '.join(unlike) or 'another order'}")
 
 
-def _require_options(options: Mapping[str, Any], names: list[str]) -> None:
+def _require_options(options: Mapping[str, Any], plan: _Plan, names: list[str]) -> None:
     known = [name for name in inspect.signature(strokes).parameters if name not in NOT_FOR_ROWS]
     for name in options:
         if name not in known:
@@ -240,6 +241,8 @@ def _require_options(options: Mapping[str, Any], names: list[str]) -> None:
     for column, option in STATED.items():
         if column in names and options.get(option) is not None:
             raise UsageError(f"{option}: expected it as an option or as the column {column!r}, found both")
+    if plan.channels and "rate_hz" not in names and options.get("rate") is None:
+        raise UsageError("rate: expected the sampling rate of the channels, in Hz, found none; give it as rate= or as the column 'rate_hz'")
 
 
 def _units(plan: _Plan, columns: pyarrow.Schema, unit: Unit) -> dict[str, str]:
@@ -266,6 +269,7 @@ def _lines(row: Mapping[str, Any], plan: _Plan, units: Mapping[str, str], option
     named = {name: str(values[name]) for name in NAMED if values.get(name) is not None}
     stated = {option: values[column] for column, option in STATED.items() if values.get(column) is not None}
     try:
+        _require_stated(values)
         if "speed" in stated:
             stated["speed"] = f"{stated['speed']!r} m/s"
         given = {**options, **stated, "recordings": _recording(row, plan)}
@@ -283,12 +287,23 @@ def _lines(row: Mapping[str, Any], plan: _Plan, units: Mapping[str, str], option
     return [{**line, **named, "warnings": warned} for line in found]
 
 
+def _require_stated(values: Mapping[str, Any]) -> None:
+    """Refuses what a command line would not take, in a sentence of one line."""
+    for argument in commands()["strokes"]["arguments"]:
+        name, choices = argument["name"], argument["choices"]
+        if name in ["touch", "direction"] and values.get(name) not in [None, *choices]:
+            raise DataError(f"{name}: expected one of {', '.join(choices)}, found {values[name]!r}")
+    speed = values.get("speed_m_s")
+    if speed is not None and not 0 < speed < math.inf:
+        raise DataError(f"speed_m_s: expected a speed above 0 m/s, found {speed:g}")
+
+
 def _recording(row: Mapping[str, Any], plan: _Plan) -> Any:
     """The path of a row, or the arrays of its channels."""
     if plan.channels is None:
         path = row["path"].as_py()
-        if path is None:
-            raise DataError("path: expected the path of a recording, found null")
+        if not path:
+            raise DataError(f"path: expected the path of a recording, found {'null' if path is None else 'an empty text'}")
         return path
     if "rate_hz" in row and not row["rate_hz"].is_valid:
         raise DataError("rate_hz: expected the sampling rate, in Hz, found null")
@@ -297,6 +312,8 @@ def _recording(row: Mapping[str, Any], plan: _Plan) -> Any:
         if not row[name].is_valid:
             continue
         samples = row[name].values
+        if not len(samples):
+            raise DataError(f"{name}: expected samples, found none")
         if samples.null_count:
             raise DataError(f"{name}: expected samples without gaps, found {samples.null_count} null")
         arrays[name] = samples.to_numpy(zero_copy_only=False)
