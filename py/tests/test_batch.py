@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import os
+import random
 import shutil
 import signal
 import subprocess
@@ -202,6 +203,8 @@ def test_columns_that_are_not_what_is_expected_are_refused(columns: dict[str, An
 def test_what_is_no_batch_is_refused() -> None:
     with pytest.raises(pz.UsageError, match="expected a pyarrow.RecordBatch, found a Table; .*Table.to_batches"):
         pz.batch(pa.table({"path": ["x"]}))
+    with pytest.raises(pz.UsageError, match="expected a pyarrow.RecordBatch, found a DataFrame; .*from_pandas"):
+        pz.batch(pytest.importorskip("pandas").DataFrame({"path": ["x", 3]}))
     with pytest.raises(pz.UsageError, match="expected a pyarrow.Schema, found a list"):
         pz.batch_schema(["path"])
     twice = pa.RecordBatch.from_arrays([pa.array(["x"])] * 2, names=["path", "path"])
@@ -213,6 +216,43 @@ def test_another_version_is_refused() -> None:
     rows = pa.record_batch({"path": ["x"]})
     with pytest.raises(pz.UsageError, match=f"expected piezotact 0.0.9, with which the work was planned, found {pz.__version__} in this process"):
         pz.batch(rows, schema=pz.batch_schema(rows.schema).with_metadata({"piezotact": "0.0.9"}))
+
+
+ODD: dict[str, list[Any]] = {
+    "path": [["S8.parquet"], ["", "\0"], [".."], ["--help", None], [3], [b"x"], ["tf.json", "answers.csv", "drive.wav"]],
+    "acc": [[WAVE], [[1.0, None]], [[np.inf] * 9000], [[]], [None], [["a"]], [[1e308] * 9000], [[3] * 9000], [3.5], [{"a": 1}]],
+    "rate_hz": [[5000.0], [-1], [2**62], [np.nan], [1e-9], ["x"], [None], [True]],
+    "load_n": [[0.2], [0], [np.nan], [1e300], ["x"], [None]],
+    "speed_m_s": [[0.03], [-1.0], [1e-320], [np.inf], [None], [b"x"]],
+    "touch": [["active"], [""], ["x"], [None], [1]],
+    "sample": [["S8"], ["\0"], [3], [1.5], [None]],
+    "note": [["x"], [{"a": [1]}], [None], [b"\xff"]],
+    "rms": [[1.0]],
+}
+
+
+def test_random_batches_give_batches_or_exceptions(data: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """300 batches of seed 1953."""
+    monkeypatch.chdir(data)
+    dice = random.Random(1953)
+    given = refused = 0
+    for _ in range(300):
+        names = [dice.choice(["path", "acc"]), *dice.sample(list(ODD), dice.randrange(5))]
+        values = {name: dice.choice(ODD[name][:3] if dice.random() < 0.5 else ODD[name]) for name in names if name != "rms" or dice.random() < 0.2}
+        count = min(map(len, values.values()))
+        rows = pa.record_batch({name: pa.array(column[:count]) for name, column in values.items()})
+        options: dict[str, Any] = dice.choice([{"unit": "m/s2"}, {"unit": {"acc": "g"}}, {}, {"load": 0.2}, {"rate": 5000, "unit": "N"}, {"vibration": "acc", "unit": "g"}])
+        try:
+            found = pz.batch(rows, **options)
+        except pz.Error as error:
+            assert str(error)
+            refused += 1
+            continue
+        found.validate(full=True)
+        assert found.schema.equals(pz.batch_schema(rows.schema), check_metadata=True) and found.num_rows >= rows.num_rows
+        assert all((line["stroke"] is None) == bool(line["error"]) for line in found.to_pylist())
+        given += 1
+    assert given > 50 and refused > 50, (given, refused)
 
 
 # Engines -------------------------------------------------------------------------------------------------------------

@@ -47,7 +47,7 @@ def main():
 
     with tempfile.TemporaryDirectory() as made:
         folder = args.folder or twin_recordings(Path(made))
-        paths = [str(path.resolve()) for path in sorted(folder.glob(args.pattern))]
+        paths = [str(path.resolve()) for path in sorted(folder.glob(args.pattern)) if path.resolve() != args.out.resolve()]
         recordings = pd.DataFrame({"path": pd.array(paths, dtype=pd.ArrowDtype(pa.string()))})
         columns = pa.schema({"path": pa.string()})
         schema = pz.batch_schema(columns)

@@ -50,7 +50,7 @@ def main():
 
     with tempfile.TemporaryDirectory() as made:
         folder = args.folder or twin_recordings(Path(made))
-        paths = [str(path.resolve()) for path in sorted(folder.glob(args.pattern))]
+        paths = [str(path.resolve()) for path in sorted(folder.glob(args.pattern)) if path.resolve() != args.out.resolve()]
         sessions = SparkSession.builder.master(args.master).appName("strokes").config("spark.ui.enabled", "false")
         with sessions.getOrCreate() as spark:
             # What is made of a list in parts keeps the order of the list.

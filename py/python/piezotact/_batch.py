@@ -95,6 +95,7 @@ def batch(rows: pyarrow.RecordBatch, *, unit: Unit = None, schema: pyarrow.Schem
     >>> found.select(["session", "sample", "stroke"]).to_pylist()[:2]
     [{'session': 'first', 'sample': 'S3', 'stroke': 1}, {'session': 'first', 'sample': 'S3', 'stroke': 2}]
     >>> found["error"].to_pylist()
+    [None, None, 'no such file: missing.csv; check the path']
     """
     pa = _arrow()
     if not isinstance(rows, pa.RecordBatch):
