@@ -79,7 +79,8 @@ def batch(rows: pyarrow.RecordBatch, *, unit: Unit = None, schema: pyarrow.Schem
     Raises
     ------
     UsageError
-        For columns of other types than expected, options that `strokes` does not have, or another version of this package.
+        For columns of other types than expected, a channel without unit or rate, options that `strokes` does not have, or another
+        version of this package.
 
     Notes
     -----
@@ -230,7 +231,8 @@ def _require_same(planned: Any, own: pyarrow.Schema) -> None:
             "install one version everywhere"
         )
     if not planned.equals(own):
-        unlike = [f"{one.name} ({one.type})" for one in own if one not in planned] + [f"no {one.name} ({one.type})" for one in planned if one not in own]
+        unlike = [f"{one.name} ({one.type})" for one in own if one not in planned]
+        unlike += [f"no {one.name} ({one.type})" for one in planned if one not in own]
         raise UsageError(f"schema: expected the columns with which the work was planned, found {', '.join(unlike) or 'another order'}")
 
 
