@@ -50,6 +50,15 @@ def run(kinds: type[R] | tuple[type[R], ...], command: str, given: Mapping[str, 
     outputs : dict
         What a required output that is not given is called in a temporary folder, which the result keeps.
     """
+    result = done(kinds, command, given, data, outputs)
+    warn(result.warnings, 4)
+    if result.ended == "done in part":
+        warn([Warning(result.said[-1], "failed_files")], 4)
+    return result
+
+
+def done(kinds: type[R] | tuple[type[R], ...], command: str, given: Mapping[str, Any], data: Sequence[str] = (), outputs: Mapping[str, str] = {}) -> R:
+    """The same as `run`, but warnings stay in the result: those of Python are of a whole process, and no thread can silence its own."""
     described = commands()[command]
     line = _Line(described, given, data)
     folder, files = _outputs(described, given, outputs)
@@ -65,11 +74,7 @@ def run(kinds: type[R] | tuple[type[R], ...], command: str, given: Mapping[str, 
         line.options.append("--json")
     line.all_used()
     called = _piezotact.call(line.words(), list(line.data.items()))
-    result = _kind(kinds, called)(called, files, kept)
-    warn(result.warnings, 4)
-    if result.ended == "done in part":
-        warn([Warning(result.said[-1], "failed_files")], 4)
-    return result
+    return _kind(kinds, called)(called, files, kept)
 
 
 def _kind(kinds: type[R] | tuple[type[R], ...], called: Called) -> type[R]:
