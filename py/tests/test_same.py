@@ -208,6 +208,10 @@ def test_what_is_written_to_a_temporary_folder_goes_with_the_result(data: Path) 
     assert rendered.recording().units == {"drive": "FS"}
     del measured
     gc.collect()
+    # The function stands for the file too.
+    assert pz.read_transfer(function) == function
+    del function
+    gc.collect()
     assert not place.exists()
 
 

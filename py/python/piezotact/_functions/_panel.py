@@ -16,7 +16,9 @@ from .._results import Record, Result
 class PanelRun(Result):
     """A result with the file that holds it.
 
-    Fields: ``docs/schemas/panel_run.json``.
+    Attributes: `angles_deg`, `bench`, `bench_files`, `drive_unit`, `entries`, `format`, `kind`, `loads_n`, `measured`,
+    `measurements`, `participants`, `planned`, `response_unit`, `there_already`, `version`.
+    ``found.to_dict()`` is the document.
     """
 
     SCHEMA: ClassVar[str] = "panel_run"
@@ -54,7 +56,8 @@ class PanelRun(Result):
 class PanelAddition(Result):
     """Transfer functions that were filed in a panel.
 
-    Fields: ``docs/schemas/panel_add.json``.
+    Attributes: `filed`, `folder`, `measurements`, `version`.
+    ``found.to_dict()`` is the document.
     """
 
     SCHEMA: ClassVar[str] = "panel_add"
@@ -70,7 +73,10 @@ class PanelAddition(Result):
 class PanelAnalysis(Result):
     """What a panel says, with what is known of its measurements: what a report shows and what is handed out as JSON.
 
-    Fields: ``docs/schemas/panel_analysis.json``.
+    Attributes: `accepted`, `all`, `angle_effects`, `artefact`, `attendances`, `averages`, `cells`, `complete`,
+    `config`, `falls`, `judged`, `kind`, `learning`, `load_steps`, `measurements`, `members`, `participants`,
+    `repeatability`, `same_people`, `spreads`, `version`, `will_the_average_do`, `worst`.
+    ``found.to_dict()`` is the document.
     """
 
     SCHEMA: ClassVar[str] = "panel_analysis"
@@ -126,7 +132,9 @@ class PanelAnalysis(Result):
 class PanelAverage(Result):
     """A result with the file that holds it.
 
-    Fields: ``docs/schemas/panel_average.json``.
+    Attributes: `average`, `averages`, `change`, `condition`, `drive_setup`, `effective_averages`, `estimator`,
+    `excited_hz`, `impact`, `known_input`, `participants`, `provenance`, `rate_hz`, `resolution_hz`, `version`.
+    ``found.to_dict()`` is the document.
     """
 
     SCHEMA: ClassVar[str] = "panel_average"
@@ -229,7 +237,7 @@ def panel_run(
     seed : int, optional
         Seed of the random drives; each repeat uses another drive. Default: 1.
     out : path, optional
-        The folder of the panel; it is created if it does not exist. Default: a temporary file, which is removed with
+        The folder of the panel; it is created if it does not exist. Default: a temporary folder, which is removed with
         the result.
     date : str, optional
         The date that reports and documents carry, in UTC, such as 2026-03-01T10:22:33Z; default: now.

@@ -13,7 +13,9 @@ from .._results import Record, Result
 class Answers(Result):
     """What answers say: matrices, pairs that are confused, orders.
 
-    Fields: ``docs/schemas/association.json``.
+    Attributes: `answers`, `asked`, `comparisons`, `config`, `expected`, `felt`, `matrices`, `orderings`, `pairs`,
+    `participants`, `rehearsals`, `same_people`, `unbalanced`, `version`, `virtual_answers`.
+    ``found.to_dict()`` is the document.
     """
 
     SCHEMA: ClassVar[str] = "association"
@@ -154,6 +156,9 @@ def answers(
 
     Notes
     -----
+    The columns `participant`, `task`, `trial`, `presented` and `answered` are needed; `set` and `offered` may be there.
+    A DataFrame is written to a file first: ``table.to_csv('answers.csv', index=False)``.
+
     Source: ``piezotact answers``, ``docs/schemas/association.json``.
     """
     return run(Answers, "answers", locals())

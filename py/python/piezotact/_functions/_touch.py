@@ -14,7 +14,8 @@ class Strokes(Result):
     """What strokes say, by recording and by group. It differs from the study by times in s and by the warnings of all
     groups.
 
-    Fields: ``docs/schemas/analysis.json``.
+    Attributes: `by`, `failed`, `groups`, `recordings`, `version`.
+    ``found.to_dict()`` is the document.
     """
 
     SCHEMA: ClassVar[str] = "analysis"
@@ -32,7 +33,8 @@ class Strokes(Result):
 class Cuts(Result):
     """Recordings cut into strokes. It differs from the recordings by times in s for places of samples.
 
-    Fields: ``docs/schemas/segmentation.json``.
+    Attributes: `failed`, `recordings`, `version`.
+    ``found.to_dict()`` is the document.
     """
 
     SCHEMA: ClassVar[str] = "segmentation"
@@ -47,7 +49,8 @@ class Comparison(Result):
     """What changes from group to group. It differs from the study by one comparison at the top, and by all warnings in one
     list.
 
-    Fields: ``docs/schemas/comparison.json``.
+    Attributes: `active_against_passive`, `by`, `common_lines`, `contrasts`, `discrimination`, `failed`, `version`.
+    ``found.to_dict()`` is the document.
     """
 
     SCHEMA: ClassVar[str] = "comparison"
