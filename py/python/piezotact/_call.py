@@ -24,11 +24,9 @@ R = TypeVar("R", bound=Result)
 
 #: Arguments of every function: of the arrays, of files, and of the command line as a whole.
 RATE, UNIT, SCALE = "rate", "unit", "scale"
-#: The units that are written otherwise as an argument.
-AS_ARGUMENT = {"m/s²": "m/s2", "FS": "1"}
 #: The kind of a recording that is in no file.
 ARRAYS = "arrays"
-GLOBAL = [
+GLOBAL: list[dict[str, Any]] = [
     {"name": name, "option": name, "kind": kind, "value": None, "choices": [], "is_required": False, "is_several": False, "is_operation": False}
     for name, kind in (("date", "text"), ("force", "flag"))
 ]
@@ -235,8 +233,9 @@ class _Line:
         unit = re.search(r"expected .* in (\S+), found", said)
         if of is None or unit is None:
             return said
-        one = AS_ARGUMENT.get(unit[1], unit[1])
-        return said.replace("state its unit (--scale)", f'give its unit: unit="{one}"' if of.kind == ARRAYS else f'read it with its unit: scale="{one}"')
+        one = unit[1].replace("²", "2")
+        stated = f'give its unit: unit="{one}"' if of.kind == ARRAYS else f'read it with its unit: scale="1 {one}"'
+        return re.sub(r"state its unit \(--[a-z-]*scale\)", stated, said)
 
 
 def _is_row(values: Any) -> bool:
