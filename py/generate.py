@@ -36,6 +36,10 @@ class Function:
     fixed: tuple[str, ...] = ()
     #: Arguments that it does not have.
     without: tuple[str, ...] = ()
+    #: Several of these arguments are written to a folder instead of a file.
+    several: tuple[str, ...] = ()
+    #: What the command says elsewhere.
+    notes: str = ""
     #: What it does, where that is not what the command does.
     about: str = ""
 
@@ -54,23 +58,27 @@ FUNCTIONS = [
     Function("roughness", "roughness", {"Roughness": "roughness", "RoughnessSet": "roughness_set"}),
     Function("transfer", "transfer", {"Transfer": "transfer"}, data=("recording",), outputs={"out": "transfer.json"}),
     Function("characterise", "characterise", {"Characterisation": "characterise"}, outputs={"out": "transfer.json"}),
-    Function("render", "render", {"Rendering": "render", "Renderings": "render_batch"}, data=("targets",), outputs={"out": "drive.wav"}),
+    Function("render", "render", {"Rendering": "render", "Renderings": "render_batch"}, data=("targets",), outputs={"out": "drive.wav"},
+             several=("targets", "transfer")),
     Function("play", "play", {"Played": "play"}, outputs={"record": "measured.parquet"}),
     Function("verify", "verify", {"Verification": "verify"}, data=("target", "measured", "also")),
     Function("score", "score", {"Score": "score"}, data=("reference", "test")),
     Function("manipulate", "manipulate", {"Manipulated": "manipulate"}, data=("input",), outputs={"out": "texture.wav"}),
     Function("prepare", "prepare", {"Prepared": "prepare", "PreparedStimuli": "prepare_stimuli"}, outputs={"out": "prepared"}),
     Function("panel_run", "panel run", {"PanelRun": "panel_run"}, outputs={"out": "panel"}),
+    Function("panel_add", "panel add", {"PanelAddition": "panel_add"}),
     Function("panel_analyse", "panel analyse", {"PanelAnalysis": "panel_analysis"}),
     Function("panel_average", "panel average", {"PanelAverage": "panel_average"}, outputs={"out": "transfer.json"}),
     Function("eeg_erd", "eeg erd", {"EegErd": "eeg_erd"}),
     Function("eeg_stats", "eeg stats", {"EegStats": "eeg_stats"}),
-    Function("answers", "answers", {"Answers": "association"}),
+    Function("answers", "answers", {"Answers": "association"},
+             notes="The columns `participant`, `task`, `trial`, `presented` and `answered` are needed; `set` and `offered` may be there. "
+                   "A DataFrame is written to a file first: ``table.to_csv('answers.csv', index=False)``."),
     Function("twin_record", "twin record", {"TwinRecording": "twin_record"}, outputs={"out": "recording.parquet"}),
 ]
 
 #: What every result has of its own; `warnings` are those of its document.
-TAKEN = ["ended", "said", "files", "recording", "function", "report", "to_dict", "to_csv", "to_columns", "to_html"]
+TAKEN = ["ended", "said", "files", "recording", "function", "report", "to_dict", "to_csv", "to_columns", "to_html", "captions", "plot"]
 #: Arguments that no function has: results are no text.
 NEVER = {"json", "date", "force"}
 #: Those that have a meaning of their own beside a file: `rate` of an array is its sampling rate.
@@ -82,7 +90,7 @@ MODULES = {
     "_look": ("Look at signals and surfaces.", ["info", "spectrum", "noise", "roughness"]),
     "_touch": ("Strokes of a finger over a surface.", ["strokes", "cut", "compare"]),
     "_device": ("Know a device.", ["transfer", "characterise"]),
-    "_panel": ("Transfer functions of several people.", ["panel_run", "panel_analyse", "panel_average"]),
+    "_panel": ("Transfer functions of several people.", ["panel_run", "panel_add", "panel_analyse", "panel_average"]),
     "_render": ("Drives that make a finger feel a texture.", ["manipulate", "render", "prepare"]),
     "_verify": ("How close a rendering comes.", ["play", "verify", "score"]),
     "_people": ("What people answered.", ["answers"]),
@@ -141,7 +149,7 @@ def module(about: str, functions: list[Function], commands: dict[str, Any]) -> s
     imports += imported("collections.abc", "Sequence") + imported("typing", "Any ClassVar Literal") + [""]
     if "np." in body:
         imports += ["import numpy as np", "import numpy.typing as npt", ""]
-    imports += ["from .._call import run", *imported(".._recording", "Data Path Text Unit"), *imported(".._results", "Record Result")]
+    imports += [f"from .._call import {used('called_for run')}", *imported(".._recording", "Data Path Text Unit"), *imported(".._results", "Record Result")]
     return f'"""{about} {WRITTEN}"""\n\n' + "\n".join(imports) + "\n\n\n" + body + "\n"
 
 
@@ -154,11 +162,9 @@ def result_class(name: str, schema_name: str, function: str) -> str:
     about = one_line(schema.get("description", "")) or f"Result of `{function}`."
     taken = set(schema.get("properties", {})) & set(TAKEN)
     assert not taken, f"{schema_name}: a result has {taken} of its own"
-    lines = [f"class {name}(Result):", *docstring([about, "", f"Fields: ``docs/schemas/{schema_name}.json``."], 4), "", f'    SCHEMA: ClassVar[str] = "{schema_name}"']
+    lines = [f"class {name}(Result):", *docstring([about, "", *shown_fields(schema)], 4), "", f'    SCHEMA: ClassVar[str] = "{schema_name}"']
     fields = schema.get("properties", {})
-    for key in sorted(fields):
-        if key in {"warnings", "schema", "invocation", "out"} or keyword.iskeyword(key):
-            continue
+    for key in attributes(schema):
         text = one_line(fields[key].get("description", ""))
         kind = python_type(fields[key], schema)
         optional = "" if key in schema.get("required", []) or kind == "Any" or "None" in kind else " | None"
@@ -166,6 +172,18 @@ def result_class(name: str, schema_name: str, function: str) -> str:
             lines.append(f"    #: {line}")
         lines.append(f"    {key}: {kind}{optional}")
     return "\n".join(lines)
+
+
+def attributes(schema: dict[str, Any]) -> list[str]:
+    """The fields of a document that are attributes of their own."""
+    return [key for key in sorted(schema.get("properties", {})) if key not in {"warnings", "schema", "invocation", "out"} and not keyword.iskeyword(key)]
+
+
+def shown_fields(schema: dict[str, Any]) -> list[str]:
+    """The names of the attributes; of a document that has several forms they are not known before."""
+    names = attributes(schema)
+    listed = ", ".join(f"`{name}`" for name in names) if names != ["version"] else "``dir(found)`` lists them"
+    return [f"Attributes: {listed}.", "``found.to_dict()`` is the document."]
 
 
 def python_type(node: Any, schema: dict[str, Any]) -> str:
@@ -228,7 +246,8 @@ def function_text(function: Function, described: dict[str, Any]) -> str:
     if function.data:
         more += f", data={function.data!r}"
     if function.outputs:
-        more += f", outputs={function.outputs!r}"
+        called_for = f"called_for({{!r}}, {', '.join(function.several)})" if function.several else "{!r}"
+        more += f", outputs={{{', '.join(f'{name!r}: {called_for.format(file)}' for name, file in function.outputs.items())}}}"
     given = "locals()" if not function.fixed else "{**locals(), " + ", ".join(f'"{flag}": True' for flag in function.fixed) + "}"
     body = f'    return run({kind}, "{function.command}", {given}{more})'.replace("'", '"')
     if len(function.results) > 1:
@@ -260,10 +279,15 @@ def type_of(argument: dict[str, Any], function: Function) -> str:
     elif argument["choices"]:
         one = "Literal[" + ", ".join(f'"{choice}"' for choice in argument["choices"]) + "]"
     else:
-        one = {"path": "Path", "number": "float", "integer": "int", "text": "Text"}[argument["kind"]]
+        one = "str" if is_name(argument) else {"path": "Path", "number": "float", "integer": "int", "text": "Text"}[argument["kind"]]
     if argument["is_several"]:
         one = f"{one} | Sequence[{one}]"
     return one
+
+
+def is_name(argument: dict[str, Any]) -> bool:
+    """Whether it is the name of a channel, which a number is not."""
+    return argument["kind"] == "text" and (argument["value"] or "").endswith("CHANNEL")
 
 
 def default_of(argument: dict[str, Any]) -> str:
@@ -306,13 +330,13 @@ def doc(
     lines += ["", "Raises", "------", "Error", "    What was expected and what was found, in the sentence of the command."]
     lines += ["", "Warns", "-----", "Warning", "    What a person should know before relying on the result."]
     schemas = ", ".join(f"``docs/schemas/{schema}.json``" for schema in function.results.values())
-    lines += ["", "Notes", "-----", f"Source: ``piezotact {function.command}``, {schemas}."]
+    lines += ["", "Notes", "-----", *([function.notes, ""] if function.notes else []), f"Source: ``piezotact {function.command}``, {schemas}."]
     return lines
 
 
 def parameter(argument: dict[str, Any], function: Function, described: dict[str, Any]) -> list[str]:
     name = argument["name"]
-    kind = {"flag": "bool", "path": "path", "number": "float", "integer": "int", "text": "str or number"}[argument["kind"]]
+    kind = {"flag": "bool", "path": "path", "number": "float", "integer": "int", "text": "str" if is_name(argument) else "str or number"}[argument["kind"]]
     if name in function.data:
         kind = "path, Recording, array_like or dict of array_like"
     elif argument["choices"]:
@@ -329,7 +353,8 @@ def parameter(argument: dict[str, Any], function: Function, described: dict[str,
     if argument["default"] is not None:
         text = f"{text.rstrip('.')}. Default: {argument['default']}."
     if name in function.outputs:
-        text = f"{text.rstrip('.')}. Default: a temporary file, which is removed with the result."
+        kind_of = "file, or a folder for several" if function.several else "file" if "." in function.outputs[name] else "folder"
+        text = f"{text.rstrip('.')}. Default: a temporary {kind_of}, which is removed with the result."
     return [f"{called(argument)} : {kind}", *(f"    {line}" for line in text.split("\n"))]
 
 

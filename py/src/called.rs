@@ -81,6 +81,12 @@ impl Called {
         Ok(table.flatten())
     }
 
+    /// The figures of the report as JSON, each with what is drawn and its caption.
+    fn figures(&self) -> PyResult<String> {
+        let figures = self.page.as_ref().map(library::figures);
+        serde_json::to_string(&figures.unwrap_or_default()).map_err(errors::internal)
+    }
+
     /// All of it as JSON, for another process.
     fn to_json(&self) -> PyResult<String> {
         serde_json::to_string(self).map_err(errors::internal)

@@ -57,6 +57,10 @@ impl RecordingData {
     /// The recording of arrays of float64 without gaps: name, unit and samples of each. `condition` is JSON. What is found in the
     /// samples is only looked for where warnings are `wanted`.
     #[staticmethod]
+    #[allow(
+        clippy::fn_params_excessive_bools,
+        reason = "it is called from Python, which has True and False for it"
+    )]
     fn of_arrays(
         py: Python<'_>,
         name: PathBuf,

@@ -41,6 +41,7 @@ CALLS: list[tuple[str, tuple[Any, ...], dict[str, Any]]] = [
     ("manipulate", ("texture.wav", [("tilt", "3dB/oct@200Hz"), "randomise_phases"]), {"seed": 7, "out": "phases.wav"}),
     ("prepare", (["S8.parquet", "S1.parquet"],), {"transfer": "tf.json", "bench": FIRST, "out": "prepared"}),
     ("panel_run", (), {"bench": "twin:seed=7", "participants": "1..3", "loads": [0.2], "angles": [20], "repeats": 1, "seconds": 3.0, "out": "panel"}),
+    ("panel_add", ("added", ["tf.json"]), {"participant": "P04", "load": 0.2, "angle": 20.0, "placement": 2}),
     ("panel_analyse", ("panel",), {}),
     ("panel_average", ("panel",), {"out": "average.json"}),
     ("eeg_erd", ("P01_natural.vhdr",), {"participant": "P01", "task": "natural", "event": "natural", "eog": "VEOG,HEOG", "reject_above": 150.0}),
@@ -61,9 +62,9 @@ def test_a_function_equals_its_command(
     monkeypatch.chdir(data)
     document = call(name, positional, named).to_dict()
     words = document["invocation"]["command"]
-    if name == "panel_run":
+    if name in {"panel_run", "panel_add"}:
         # It would go on with what is there.
-        shutil.rmtree(data / "panel")
+        shutil.rmtree(data / {"panel_run": "panel", "panel_add": "added"}[name])
     printed = command(*words, cwd=data)
     assert printed.returncode in {0, 3, 4, 5}, printed.stderr
     assert json.loads(printed.stdout) == document
@@ -206,6 +207,10 @@ def test_what_is_written_to_a_temporary_folder_goes_with_the_result(data: Path) 
     rendered = pz.render(data / "texture.wav", transfer=measured, level="fit")
     assert rendered.recording().units == {"drive": "FS"}
     del measured
+    gc.collect()
+    # The function stands for the file too.
+    assert pz.read_transfer(function) == function
+    del function
     gc.collect()
     assert not place.exists()
 

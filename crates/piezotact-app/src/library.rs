@@ -9,8 +9,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use piezotact::Warning;
+use piezotact::figure::Figure;
 use piezotact::integrity::warnings_of;
-use piezotact::page::Page;
+use piezotact::page::{Block, Page};
 use piezotact::quantity::SampleRate;
 use piezotact::recording::Condition;
 use piezotact::warning::{Merged, merged};
@@ -187,6 +188,25 @@ pub fn csv(page: &Page) -> Result<Option<String>, CallError> {
     table
         .transpose()
         .map_err(|drawing| error(Failure::Data(drawing.into())))
+}
+
+/// The figures of the report `page`, in its order, those that are folded too.
+#[must_use]
+pub fn figures(page: &Page) -> Vec<&Figure> {
+    fn within<'p>(blocks: &'p [Block], found: &mut Vec<&'p Figure>) {
+        for block in blocks {
+            match block {
+                Block::Figure(figure) => found.push(figure),
+                Block::Beside { blocks } | Block::Folded { blocks, .. } => within(blocks, found),
+                _ => {}
+            }
+        }
+    }
+    let mut found = Vec::new();
+    for section in &page.sections {
+        within(&section.blocks, &mut found);
+    }
+    found
 }
 
 /// `warnings` as commands say them, those of one kind once.

@@ -12,6 +12,7 @@ that the commands print as JSON.
 """
 
 from . import _functions
+from ._batch import batch, batch_schema
 from ._errors import DataError, Error, UsageError, Warning
 from ._functions import *  # noqa: F403, the list is that of the module
 from ._piezotact import __version__
@@ -28,6 +29,8 @@ __all__ = [
     "UsageError",
     "Warning",
     "__version__",
+    "batch",
+    "batch_schema",
     "read",
     "read_transfer",
     "recording",

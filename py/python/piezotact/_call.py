@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import json
 import os
+import re
 import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -13,18 +14,22 @@ from typing import Any, TypeVar
 import numpy as np
 
 from . import _piezotact
-from ._errors import UsageError, Warning
+from ._arrays import path_of, plain
+from ._errors import Error, UsageError, Warning, of_argument
 from ._piezotact import Called, RecordingData
 from ._recording import Recording, data_of, warn
 from ._results import Folder, Result
 
 R = TypeVar("R", bound=Result)
 
-#: Arguments of every function: of the arrays, and of the command line as a whole.
-RATE, UNIT = "rate", "unit"
+#: Arguments of every function: of the arrays, of files, and of the command line as a whole.
+RATE, UNIT, SCALE = "rate", "unit", "scale"
 #: The kind of a recording that is in no file.
 ARRAYS = "arrays"
-GLOBAL = {"date": "date", "force": "force"}
+GLOBAL: list[dict[str, Any]] = [
+    {"name": name, "option": name, "kind": kind, "value": None, "choices": [], "is_required": False, "is_several": False, "is_operation": False}
+    for name, kind in (("date", "text"), ("force", "flag"))
+]
 
 
 @functools.cache
@@ -50,12 +55,21 @@ def run(kinds: type[R] | tuple[type[R], ...], command: str, given: Mapping[str, 
     outputs : dict
         What a required output that is not given is called in a temporary folder, which the result keeps.
     """
+    result = done(kinds, command, given, data, outputs)
+    warn(result.warnings, 4)
+    if result.ended == "done in part":
+        warn([Warning(result.said[-1], "failed_files")], 4)
+    return result
+
+
+def done(kinds: type[R] | tuple[type[R], ...], command: str, given: Mapping[str, Any], data: Sequence[str] = (), outputs: Mapping[str, str] = {}) -> R:
+    """The same as `run`, but warnings stay in the result: those of Python are of a whole process, and no thread can silence its own."""
     described = commands()[command]
     line = _Line(described, given, data)
     folder, files = _outputs(described, given, outputs)
     kept = Folder(folder) if folder else None
     # Whether arrays are given is known first.
-    for argument in sorted(described["arguments"], key=lambda one: one["name"] not in data):
+    for argument in [*sorted(described["arguments"], key=lambda one: one["name"] not in data), *GLOBAL]:
         name = argument["name"]
         value = files.get(name, given.get(_keyword(name)))
         line.add(argument, value)
@@ -64,12 +78,12 @@ def run(kinds: type[R] | tuple[type[R], ...], command: str, given: Mapping[str, 
     if any(argument["name"] == "json" for argument in described["arguments"]):
         line.options.append("--json")
     line.all_used()
-    called = _piezotact.call(line.words(), list(line.data.items()))
-    result = _kind(kinds, called)(called, files, kept)
-    warn(result.warnings, 4)
-    if result.ended == "done in part":
-        warn([Warning(result.said[-1], "failed_files")], 4)
-    return result
+    try:
+        called = _piezotact.call(line.words(), list(line.data.items()))
+    except Error as refused:
+        said = line.sentence(str(refused))
+        raise type(refused)(said.replace(folder + os.sep, "") if folder else said) from None
+    return _kind(kinds, called)(called, files, kept)
 
 
 def _kind(kinds: type[R] | tuple[type[R], ...], called: Called) -> type[R]:
@@ -104,27 +118,38 @@ def _outputs(
     return folder, files
 
 
+def called_for(name: str, *several: Any) -> str:
+    """What an output is called in a temporary folder: a file, or a folder where one of the inputs is `several`."""
+    is_several = any(isinstance(one, (list, tuple)) and len(one) > 1 and not _is_row(one) for one in several)
+    return Path(name).stem if is_several else name
+
+
 class _Line:
     """The words of a command, and the data that they name."""
 
     def __init__(self, described: Mapping[str, Any], given: Mapping[str, Any], names: Sequence[str]) -> None:
         self.names = described["name"].split(" ")
+        self._arguments = [*described["arguments"], *GLOBAL]
         self.options: list[str] = []
         self.positional: list[str] = []
         self.data: dict[str, RecordingData] = {}
         self._given = given
         self._takes_data = names
         self._has_arrays = False
+        #: The arguments of which one value or more is a file.
+        self._of_files: set[str] = set()
 
     def words(self) -> list[str]:
         behind = ["--", *self.positional] if self.positional else []
-        whole = [f"--{option}" for option, name in GLOBAL.items() if self._given.get(name) is True]
-        whole += [f"--{option}={value}" for option, name in GLOBAL.items() if isinstance(value := self._given.get(name), str)]
-        return ["piezotact", *self.names, *self.options, *whole, *behind]
+        return ["piezotact", *self.names, *self.options, *behind]
 
     def add(self, argument: Mapping[str, Any], value: Any) -> None:
         """Adds an argument with its `value`."""
         name, kind = argument["name"], argument["kind"]
+        value = value if name in self._takes_data else plain(value)
+        if argument["is_required"] and (value is None or argument["is_several"] and isinstance(value, (list, tuple)) and not value):
+            what = "a path or an array" if name in self._takes_data else "a path" if kind == "path" else "a value"
+            raise UsageError(f"{_keyword(name)}: expected {what}, found {value!r}")
         if value is None or value is False or argument["option"] == "json" or argument["is_operation"]:
             return
         if name == RATE and self._has_arrays:
@@ -166,11 +191,12 @@ class _Line:
             values = list(value)
         else:
             values = [value]
-        return [_path(name, one) if kind == "path" else _word(name, one) for one in values]
+        return [_path(name, one) if kind == "path" else _word(name, one, kind) for one in values]
 
     def _datum(self, name: str, value: Any) -> str:
         """The word that stands for a file, a recording, or arrays."""
         if isinstance(value, (str, os.PathLike, Result)):
+            self._of_files.add(name.partition(" ")[0])
             return _path(name, value)
         if isinstance(value, Recording):
             called, data = value.name, value._data
@@ -187,14 +213,34 @@ class _Line:
         return unlike
 
     def all_used(self) -> None:
-        """Refuses a unit that no array takes."""
+        """Refuses a unit, a rate or a scale that is of none of the data."""
         if self._given.get(UNIT) is not None and not self._has_arrays:
             raise UsageError("unit: expected an array that it is of, found none; of a file, scale= states what 1 stands for")
+        if not self._takes_data:
+            return
+        if self._given.get(RATE) is not None and not self._has_arrays and not self._of_files:
+            raise UsageError("rate: expected an array or a file that it is of, found a recording, which has its rate; leave it out")
+        for name in [SCALE, *(f"{one}_{SCALE}" for one in self._takes_data)]:
+            of_files = self._of_files if name == SCALE else self._of_files & {name.removesuffix(f"_{SCALE}")}
+            if self._given.get(name) not in (None, [], ()) and not of_files:
+                where = "with the array, as unit=" if self._has_arrays else "where the recording is made"
+                raise UsageError(f"{name}: expected a file that it is of, found none; state the unit {where}")
+
+    def sentence(self, said: str) -> str:
+        """What the command says, of the arguments of Python."""
+        said = of_argument(said, self._arguments)
+        of = next((data for name, data in self.data.items() if said.startswith(f"{name}: ")), None)
+        unit = re.search(r"expected .* in (\S+), found", said)
+        if of is None or unit is None:
+            return said
+        one = unit[1].replace("²", "2")
+        stated = f'give its unit: unit="{one}"' if of.kind == ARRAYS else f'read it with its unit: scale="1 {one}"'
+        return re.sub(r"state its unit \(--[a-z-]*scale\)", stated, said)
 
 
 def _is_row(values: Any) -> bool:
     """Whether a list is one row of samples, and not several recordings."""
-    return all(isinstance(one, (int, float, np.number)) for one in values)
+    return bool(values) and all(isinstance(one, (int, float, np.number)) for one in values)
 
 
 def _path(name: str, value: Any) -> str:
@@ -202,19 +248,14 @@ def _path(name: str, value: Any) -> str:
         if value.kind == ARRAYS:
             raise UsageError(f"{_keyword(name)}: expected a file, found a recording of arrays; this argument is read from a file")
         return value.name
-    try:
-        path = os.fspath(value)
-    except TypeError:
-        raise UsageError(f"{_keyword(name)}: expected a path, found a {type(value).__name__}") from None
-    if not isinstance(path, str):
-        raise UsageError(f"{_keyword(name)}: expected a str or a path, found {type(path).__name__}")
-    return path
+    return path_of(value, _keyword(name))
 
 
-def _word(name: str, value: Any) -> str:
+def _word(name: str, value: Any, kind: str = "text") -> str:
     """A value as a command reads it; numbers keep all their digits."""
-    if isinstance(value, np.generic):
-        value = value.item()
+    value = plain(value)
+    if kind == "integer" and isinstance(value, float) and value.is_integer():
+        value = int(value)
     if isinstance(value, bool):
         raise UsageError(f"{_keyword(name)}: expected a value, found {value!r}")
     if isinstance(value, str):

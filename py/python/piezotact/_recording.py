@@ -106,6 +106,13 @@ class Recording(Mapping[str, "npt.NDArray[np.float64]"]):
         channels = ", ".join(f"{name} [{channel[1]}]" for name, (_, channel) in self._channels.items())
         return f"<Recording {self._name}: {channels}; {self.rate_hz:g} Hz, {self.duration_s:.3f} s>"
 
+    def __copy__(self) -> Recording:
+        return self
+
+    def __deepcopy__(self, memo: Any) -> Recording:
+        # Nothing of it can be changed.
+        return self
+
     def __reduce__(self) -> Any:
         raise TypeError("a Recording stays in its process: give the path of its file, or its arrays, to the other one")
 
@@ -148,9 +155,7 @@ def read(
     -----
     Source: ``piezotact info``.
     """
-    name = os.fspath(path)
-    if not isinstance(name, str):
-        raise UsageError(f"path: expected a str or a path, found {type(path).__name__}")
+    name = _arrays.path_of(path, "path")
     scales = [scale] if isinstance(scale, str) else [str(one) for one in scale]
     found = Recording(RecordingData.read(name, scales, rate, part), name)
     warn(found.warnings, 3)
@@ -223,9 +228,11 @@ def data_of(
     wanted: bool = False,
 ) -> RecordingData:
     """The recording of arrays in the extension; what is found in the samples is only looked for where it is `wanted`."""
+    _arrays.refuse_files(channels, str(name), "arrays" if wanted else "a path or an array")
+    rate = _arrays.plain(rate)
     if rate is None:
         raise UsageError(f"{name}: expected the sampling rate of the array, in Hz, found none; give it as rate=")
-    if isinstance(rate, bool) or not isinstance(rate, (int, float, np.integer, np.floating)):
+    if isinstance(rate, bool) or not isinstance(rate, (int, float)):
         raise UsageError(f"rate: expected a number in Hz, found {rate!r}")
     if not isinstance(name, str):
         raise UsageError(f"name: expected a text, found {name!r}")

@@ -9,6 +9,7 @@ import json
 import math
 import os
 import shutil
+import tempfile
 import weakref
 from collections.abc import Iterator
 from importlib import import_module
@@ -18,15 +19,21 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
+from ._arrays import path_of
 from ._errors import UsageError, Warning
 from ._piezotact import Called, transfer_function
+from ._plot import draw
 from ._recording import Recording, read
+
+
+#: Longer lists are counted where a result is printed.
+MOST_SHOWN = 20
 
 
 class Record:
     """A part of a document: its fields are attributes.
 
-    Rows of numbers are arrays that cannot be written, in which an absent number is NaN.
+    Rows of numbers are arrays that cannot be written, in which an absent number is NaN; rows of one length are an array of two dimensions.
     """
 
     def __init__(self, fields: dict[str, Any]) -> None:
@@ -70,6 +77,10 @@ def shown(value: Any) -> Any:
             array = np.array(value, dtype=np.int64 if whole and _fits(value) else np.float64)
             array.flags.writeable = False
             return array
+        if value and all(_is_row(one) and len(one) == len(value[0]) for one in value) and any(_is_number(one) for row in value for one in row):
+            table = np.array(value, dtype=np.float64)
+            table.flags.writeable = False
+            return table
         return [shown(one) for one in value]
     return value
 
@@ -78,15 +89,43 @@ def _fits(numbers: list[int]) -> bool:
     return all(-(2**63) <= one < 2**63 for one in numbers)
 
 
+def _is_row(value: Any) -> bool:
+    return isinstance(value, list) and bool(value) and all(_is_number(one) or one is None for one in value)
+
+
 def _is_number(value: Any) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
 class Folder:
-    """A temporary folder, which is removed when nobody has it any more, and at the end of the process."""
+    """A temporary folder, which is removed when nobody has it any more, and at the end of the process.
 
-    def __init__(self, path: str) -> None:
+    In another process it is a folder of its own with the same files.
+    """
+
+    def __init__(self, path: str, was: str = "") -> None:
+        self.path = path
+        #: Where it was in the process that made it.
+        self._was = was
         self._removed = weakref.finalize(self, shutil.rmtree, path, ignore_errors=True)
+
+    def here(self, path: str) -> str:
+        """`path` of the other process in this one."""
+        return self.path + path.removeprefix(self._was) if self._was and path.startswith(self._was + os.sep) else path
+
+    def __reduce__(self) -> Any:
+        place = Path(self.path)
+        held = {file.relative_to(place).as_posix(): file.read_bytes() for file in place.rglob("*") if file.is_file()}
+        return _folder_again, (self.path, held)
+
+
+def _folder_again(was: str, held: dict[str, bytes]) -> Folder:
+    folder = Folder(tempfile.mkdtemp(prefix="piezotact-"), was)
+    for name, content in held.items():
+        place = Path(folder.path, name)
+        place.parent.mkdir(parents=True, exist_ok=True)
+        place.write_bytes(content)
+    return folder
 
 
 class Result(Record):
@@ -136,7 +175,10 @@ class Result(Record):
 
     def function(self) -> TransferFunction:
         """The transfer function that was written."""
-        return read_transfer(os.fspath(self))
+        found = read_transfer(os.fspath(self))
+        # Its file is there as long as it is.
+        found._folder = self._folder
+        return found
 
     def to_dict(self) -> dict[str, Any]:
         """The document that the command prints with ``--json``, equal to the last bit."""
@@ -157,15 +199,46 @@ class Result(Record):
 
     def to_pandas(self) -> Any:
         """The table as a ``pandas.DataFrame``."""
-        return import_module("pandas").DataFrame(self.to_columns())
+        return _library("pandas").DataFrame(self.to_columns())
 
     def to_polars(self) -> Any:
         """The table as a ``polars.DataFrame``."""
-        return import_module("polars").DataFrame(self.to_columns())
+        return _library("polars").DataFrame(self.to_columns())
 
     def to_arrow(self) -> Any:
         """The table as a ``pyarrow.Table``."""
-        return import_module("pyarrow").table(self.to_columns())
+        return _library("pyarrow").table(self.to_columns())
+
+    @property
+    def captions(self) -> list[str]:
+        """What each figure of the report shows: the captions, in order."""
+        return [figure["caption"] for figure in self._figures()]
+
+    def plot(self, number: int = 1, *, ax: Any = None) -> Any:
+        """Draws a figure of the report with matplotlib, with its labels, units and numbers.
+
+        Parameters
+        ----------
+        number : int
+            Which one, from 1 on; `captions` says what each of them shows.
+        ax : matplotlib.axes.Axes, optional
+            Where a figure that is one chart is drawn; default: a figure of its own.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            The axes, to go on with; a list of them where the figure has several.
+        """
+        figures = self._figures()
+        if not figures:
+            raise UsageError(f"{type(self).__name__} has no figure; to_dict() has all of it")
+        if isinstance(number, bool) or not isinstance(number, int) or not 1 <= number <= len(figures):
+            raise UsageError(f"number: expected a number from 1 to {len(figures)}, found {number!r}")
+        return draw(figures[number - 1], ax)
+
+    def _figures(self) -> list[dict[str, Any]]:
+        figures: list[dict[str, Any]] = json.loads(self._called.figures())
+        return figures
 
     def to_html(self) -> str:
         """The report as one HTML file without anything beside it."""
@@ -194,10 +267,44 @@ class Result(Record):
         )
 
     def __str__(self) -> str:
-        return self._called.text() or "\n".join(self._called.printed) or repr(self)
+        return self._called.text() or "\n".join(self._called.printed) or _facts(self._fields)
 
     def __reduce__(self) -> Any:
-        return _again, (type(self), self._called.to_json(), dict(self._files))
+        return _again, (type(self), self._called.to_json(), dict(self._files), self._folder)
+
+
+def _library(name: str) -> Any:
+    """The library that a table is of."""
+    try:
+        return import_module(name)
+    except ModuleNotFoundError as missing:
+        if missing.name == name:
+            short = name.removeprefix("py")
+            raise ModuleNotFoundError(f"to_{short}() gives a table of {name}, which is not installed: pip install {name}", name=name) from None
+        raise
+
+
+def _facts(fields: dict[str, Any]) -> str:
+    """The fields of a document, one in a line, without how it was made and what its rows would fill pages with."""
+    shown = {name: _fact(value) for name, value in fields.items() if name not in {"schema", "version", "invocation", "warnings"}}
+    width = max(map(len, shown), default=0)
+    return "\n".join(f"{name:{width}}  {line}" for name, lines in shown.items() for line in lines)
+
+
+def _fact(value: Any) -> list[str]:
+    """The lines that show a value: one, or one for each item of a table."""
+    if isinstance(value, dict):
+        parts = ((name, " ".join(_fact(one))) for name, one in value.items() if not isinstance(one, (dict, list)))
+        return [line] if (line := ", ".join(f"{name} {one}" for name, one in parts if one)) else []
+    if isinstance(value, list) and len(value) <= MOST_SHOWN:
+        is_table = any(isinstance(one, (dict, list)) for one in value)
+        lines = [" ".join(_fact(one)) for one in value]
+        return lines if is_table else [", ".join(lines)] if lines else []
+    if isinstance(value, list):
+        return [f"{len(value)} values"]
+    if value is None:
+        return []
+    return [f"{value:.6g}" if isinstance(value, float) else str(value)]
 
 
 def _column(cells: list[str]) -> list[Any]:
@@ -220,6 +327,7 @@ class TransferFunction(Record):
     def __init__(self, fields: dict[str, Any], path: str) -> None:
         super().__init__(fields)
         self._path = path
+        self._folder: Folder | None = None
 
     @property
     def response(self) -> npt.NDArray[np.complex128]:
@@ -235,6 +343,9 @@ class TransferFunction(Record):
 
     def __fspath__(self) -> str:
         return self._path
+
+    def __reduce__(self) -> Any:
+        return _transfer_again, (self._fields, self._path, self._folder)
 
 
 def read_transfer(path: str | os.PathLike[str]) -> TransferFunction:
@@ -258,11 +369,17 @@ def read_transfer(path: str | os.PathLike[str]) -> TransferFunction:
     -----
     Source: ``piezotact info``.
     """
-    name = os.fspath(path)
-    if not isinstance(name, str):
-        raise UsageError(f"path: expected a str or a path, found {type(path).__name__}")
+    name = path_of(path, "path")
     return TransferFunction(json.loads(transfer_function(name)), name)
 
 
-def _again(kind: type[Result], called: str, files: dict[str, str]) -> Result:
-    return kind(Called.from_json(called), files)
+def _again(kind: type[Result], called: str, files: dict[str, str], folder: Folder | None) -> Result:
+    if folder is not None:
+        files = {name: folder.here(path) for name, path in files.items()}
+    return kind(Called.from_json(called), files, folder)
+
+
+def _transfer_again(fields: dict[str, Any], path: str, folder: Folder | None) -> TransferFunction:
+    found = TransferFunction(fields, path if folder is None else folder.here(path))
+    found._folder = folder
+    return found

@@ -3,7 +3,7 @@
 from ._device import Characterisation, Transfer, characterise, transfer
 from ._eeg import EegErd, EegStats, eeg_erd, eeg_stats
 from ._look import Info, Noise, Roughness, RoughnessSet, Spectrum, info, noise, roughness, spectrum
-from ._panel import PanelAnalysis, PanelAverage, PanelRun, panel_analyse, panel_average, panel_run
+from ._panel import PanelAddition, PanelAnalysis, PanelAverage, PanelRun, panel_add, panel_analyse, panel_average, panel_run
 from ._people import Answers, answers
 from ._render import Manipulated, Prepared, PreparedStimuli, Rendering, Renderings, manipulate, prepare, render
 from ._touch import Comparison, Cuts, Strokes, compare, cut, strokes
@@ -20,6 +20,7 @@ __all__ = [
     "Info",
     "Manipulated",
     "Noise",
+    "PanelAddition",
     "PanelAnalysis",
     "PanelAverage",
     "PanelRun",
@@ -45,6 +46,7 @@ __all__ = [
     "info",
     "manipulate",
     "noise",
+    "panel_add",
     "panel_analyse",
     "panel_average",
     "panel_run",

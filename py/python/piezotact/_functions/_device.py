@@ -16,7 +16,10 @@ from .._results import Record, Result
 class Transfer(Result):
     """A result with the file that holds it.
 
-    Fields: ``docs/schemas/transfer.json``.
+    Attributes: `averages`, `bias`, `change`, `condition`, `drive_setup`, `drive_unit`, `effective_averages`,
+    `estimator`, `excited_hz`, `impact`, `known_input`, `limits`, `provenance`, `rate_hz`, `resolution_hz`,
+    `response_unit`, `version`.
+    ``found.to_dict()`` is the document.
     """
 
     SCHEMA: ClassVar[str] = "transfer"
@@ -61,7 +64,10 @@ class Transfer(Result):
 class Characterisation(Result):
     """A result with the file that holds it.
 
-    Fields: ``docs/schemas/characterise.json``.
+    Attributes: `attempts`, `averages`, `band_hz`, `bias`, `change`, `condition`, `distortion`, `drive_setup`,
+    `effective_averages`, `estimator`, `excited_hz`, `impact`, `known_input`, `limits`, `provenance`, `rate_hz`,
+    `refused`, `repeats`, `repeats_apart_db_rms`, `resolution_hz`, `version`.
+    ``found.to_dict()`` is the document.
     """
 
     SCHEMA: ClassVar[str] = "characterise"

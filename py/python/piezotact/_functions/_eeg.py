@@ -16,7 +16,9 @@ from .._results import Record, Result
 class EegErd(Result):
     """The desynchronisation of one person in one task.
 
-    Fields: ``docs/schemas/eeg_erd.json``.
+    Attributes: `channels`, `config`, `counts`, `electrodes`, `file`, `maps`, `positions`, `preparation`, `rate_hz`,
+    `regions`, `smears`, `subject`, `surfaces`, `times_s`, `trace`, `version`.
+    ``found.to_dict()`` is the document.
     """
 
     SCHEMA: ClassVar[str] = "eeg_erd"
@@ -57,7 +59,9 @@ class EegErd(Result):
 class EegStats(Result):
     """What differs over people.
 
-    Fields: ``docs/schemas/eeg_stats.json``.
+    Attributes: `changes`, `clusters`, `config`, `contrasts`, `documents`, `electrodes`, `epochs`, `gradients`,
+    `measured`, `participants`, `scalps`, `surfaces`, `tasks`, `version`.
+    ``found.to_dict()`` is the document.
     """
 
     SCHEMA: ClassVar[str] = "eeg_stats"

@@ -16,7 +16,8 @@ from .._results import Record, Result
 class Info(Result):
     """What is in a file or a folder: one form for each kind.
 
-    Fields: ``docs/schemas/info.json``.
+    Attributes: ``dir(found)`` lists them.
+    ``found.to_dict()`` is the document.
     """
 
     SCHEMA: ClassVar[str] = "info"
@@ -27,7 +28,9 @@ class Spectrum(Result):
     """The PSD of one channel of a file, with its frequencies and the rate of the channel, which the spectrum alone does
     not hold.
 
-    Fields: ``docs/schemas/spectrum.json``.
+    Attributes: `averages`, `channel`, `config`, `file`, `frequency_hz`, `psd`, `rate_hz`, `resolution_hz`, `unit`,
+    `version`.
+    ``found.to_dict()`` is the document.
     """
 
     SCHEMA: ClassVar[str] = "spectrum"
@@ -55,7 +58,9 @@ class Spectrum(Result):
 class Noise(Result):
     """The noise of one channel.
 
-    Fields: ``docs/schemas/noise.json``.
+    Attributes: `averages`, `channel`, `config`, `criteria`, `densities`, `drift`, `duration_s`, `floor_rms`, `levels`,
+    `mains`, `means`, `psd`, `rate_hz`, `resolution_hz`, `rms`, `unit`, `version`.
+    ``found.to_dict()`` is the document.
     """
 
     SCHEMA: ClassVar[str] = "noise"
@@ -100,7 +105,9 @@ class Noise(Result):
 class Roughness(Result):
     """The roughness of a surface: lengths in µm and mm, and parameters by their symbol.
 
-    Fields: ``docs/schemas/roughness.json``.
+    Attributes: `cutoff_by`, `cutoff_mm`, `ends`, `evaluation_length_mm`, `file`, `filter`, `form`, `format`,
+    `instrument`, `lambda_s_um`, `lines`, `section_ra_um`, `sections`, `standard`, `texture`, `unit`, `version`.
+    ``found.to_dict()`` is the document.
     """
 
     SCHEMA: ClassVar[str] = "roughness"
@@ -142,7 +149,8 @@ class Roughness(Result):
 class RoughnessSet(Result):
     """The roughness of several surfaces, the roughest first.
 
-    Fields: ``docs/schemas/roughness_set.json``.
+    Attributes: `failed`, `surfaces`, `version`.
+    ``found.to_dict()`` is the document.
     """
 
     SCHEMA: ClassVar[str] = "roughness_set"
@@ -215,7 +223,7 @@ def spectrum(
     file: Data,
     *,
     unit: Unit = None,
-    channel: Text | None = None,
+    channel: str | None = None,
     segment: int | None = None,
     overlap: float | None = None,
     window: Text | None = None,
@@ -242,7 +250,7 @@ def spectrum(
     unit : str or dict of str, optional
         The unit of an array, or of each channel by its name: ``"m/s2"``, ``"g"``, ``"N"``; ``"1"`` relative to full
         scale.
-    channel : str or number, optional
+    channel : str, optional
         The channel; optional if there is only one, or only one of acceleration.
     segment : int, optional
         Samples in a segment; default 1024, and about 0.1 s for `over_time`.
@@ -307,7 +315,7 @@ def noise(
     file: Data,
     *,
     unit: Unit = None,
-    channel: Text | None = None,
+    channel: str | None = None,
     band: Text | None = None,
     scale: Text | Sequence[Text] | None = None,
     rate: float | None = None,
@@ -329,7 +337,7 @@ def noise(
     unit : str or dict of str, optional
         The unit of an array, or of each channel by its name: ``"m/s2"``, ``"g"``, ``"N"``; ``"1"`` relative to full
         scale.
-    channel : str or number, optional
+    channel : str, optional
         The channel; optional if there is only one, or only one of acceleration.
     band : str or number, optional
         The band of the rms of `rest`, in Hz; default: 10..1000, as far as the rate allows.

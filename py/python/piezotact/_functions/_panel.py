@@ -16,7 +16,9 @@ from .._results import Record, Result
 class PanelRun(Result):
     """A result with the file that holds it.
 
-    Fields: ``docs/schemas/panel_run.json``.
+    Attributes: `angles_deg`, `bench`, `bench_files`, `drive_unit`, `entries`, `format`, `kind`, `loads_n`, `measured`,
+    `measurements`, `participants`, `planned`, `response_unit`, `there_already`, `version`.
+    ``found.to_dict()`` is the document.
     """
 
     SCHEMA: ClassVar[str] = "panel_run"
@@ -51,10 +53,30 @@ class PanelRun(Result):
     version: int
 
 
+class PanelAddition(Result):
+    """Transfer functions that were filed in a panel.
+
+    Attributes: `filed`, `folder`, `measurements`, `version`.
+    ``found.to_dict()`` is the document.
+    """
+
+    SCHEMA: ClassVar[str] = "panel_add"
+    #: Under what they are filed.
+    filed: list[Record]
+    #: The folder of the panel.
+    folder: str
+    #: How many measurements the panel has now.
+    measurements: int
+    version: int
+
+
 class PanelAnalysis(Result):
     """What a panel says, with what is known of its measurements: what a report shows and what is handed out as JSON.
 
-    Fields: ``docs/schemas/panel_analysis.json``.
+    Attributes: `accepted`, `all`, `angle_effects`, `artefact`, `attendances`, `averages`, `cells`, `complete`,
+    `config`, `falls`, `judged`, `kind`, `learning`, `load_steps`, `measurements`, `members`, `participants`,
+    `repeatability`, `same_people`, `spreads`, `version`, `will_the_average_do`, `worst`.
+    ``found.to_dict()`` is the document.
     """
 
     SCHEMA: ClassVar[str] = "panel_analysis"
@@ -110,7 +132,9 @@ class PanelAnalysis(Result):
 class PanelAverage(Result):
     """A result with the file that holds it.
 
-    Fields: ``docs/schemas/panel_average.json``.
+    Attributes: `average`, `averages`, `change`, `condition`, `drive_setup`, `effective_averages`, `estimator`,
+    `excited_hz`, `impact`, `known_input`, `participants`, `provenance`, `rate_hz`, `resolution_hz`, `version`.
+    ``found.to_dict()`` is the document.
     """
 
     SCHEMA: ClassVar[str] = "panel_average"
@@ -213,7 +237,7 @@ def panel_run(
     seed : int, optional
         Seed of the random drives; each repeat uses another drive. Default: 1.
     out : path, optional
-        The folder of the panel; it is created if it does not exist. Default: a temporary file, which is removed with
+        The folder of the panel; it is created if it does not exist. Default: a temporary folder, which is removed with
         the result.
     date : str, optional
         The date that reports and documents carry, in UTC, such as 2026-03-01T10:22:33Z; default: now.
@@ -240,6 +264,63 @@ def panel_run(
     Source: ``piezotact panel run``, ``docs/schemas/panel_run.json``.
     """
     return run(PanelRun, "panel run", locals(), outputs={"out": "panel"})
+
+
+def panel_add(
+    folder: Path,
+    files: Path | Sequence[Path],
+    *,
+    participant: Text | None = None,
+    load: float | None = None,
+    angle: float | None = None,
+    placement: int | None = None,
+    repeat: int | None = None,
+    date: str | None = None,
+    force: bool = False,
+) -> PanelAddition:
+    """Adds transfer functions that were measured elsewhere to a panel.
+
+    Parameters
+    ----------
+    folder : path
+        The folder of the panel; it is created if it does not exist.
+    files : path, or a list
+        Transfer functions (UFF, MAT, JSON).
+    participant : str or number, optional
+        The participant's pseudonym, if a file does not state it.
+    load : float, optional
+        The normal force in N, if a file does not state it.
+    angle : float, optional
+        The angle in degrees, if a file does not state it.
+    placement : int, optional
+        The number of the placement of the finger, from 1. Default: 1.
+    repeat : int, optional
+        The number of the repeat in this placement for the first file; default: the next free number.
+    date : str, optional
+        The date that reports and documents carry, in UTC, such as 2026-03-01T10:22:33Z; default: now.
+    force : bool, optional
+        Replaces existing files that the command did not write before.
+
+    Returns
+    -------
+    PanelAddition
+        The document that the command prints with ``--json``, with its report.
+
+    Raises
+    ------
+    Error
+        What was expected and what was found, in the sentence of the command.
+
+    Warns
+    -----
+    Warning
+        What a person should know before relying on the result.
+
+    Notes
+    -----
+    Source: ``piezotact panel add``, ``docs/schemas/panel_add.json``.
+    """
+    return run(PanelAddition, "panel add", locals())
 
 
 def panel_analyse(

@@ -13,7 +13,9 @@ from .._results import Record, Result
 class Answers(Result):
     """What answers say: matrices, pairs that are confused, orders.
 
-    Fields: ``docs/schemas/association.json``.
+    Attributes: `answers`, `asked`, `comparisons`, `config`, `expected`, `felt`, `matrices`, `orderings`, `pairs`,
+    `participants`, `rehearsals`, `same_people`, `unbalanced`, `version`, `virtual_answers`.
+    ``found.to_dict()`` is the document.
     """
 
     SCHEMA: ClassVar[str] = "association"
@@ -101,14 +103,14 @@ def answers(
     felt : path, optional
         What was felt: a folder with one recording for each sample, named as the sample (S1.parquet, S1.wav …), such as
         the folder of `piezotact prepare`; or such folders, each named by the pseudonym of its participant. Draws the
-        spectra of confused pairs side by side and states whether level or spectrum separates them.
+        spectra of confused pairs side by side and states whether level, spectrum or time course separates them.
     band : str or number, optional
         The band in which `felt` compares, in Hz. Default: 20..1000.
     jnd : float, optional
-        The just-noticeable difference (JND) in level, in dB: smaller differences are not noticed; between it and 2.5
-        dB, the upper end of the published range, the result is not decided. Default: 1.58.
+        The just-noticeable difference (JND) in level between spectra, in dB: smaller differences are not noticed;
+        between it and 2.5 dB, the upper end of the published range, the result is not decided. Default: 1.58.
     frequency_jnd : float, optional
-        The just-noticeable difference in frequency, as a fraction of the frequency. Default: 0.2.
+        The just-noticeable difference in frequency between spectra, as a fraction of the frequency. Default: 0.2.
     contact_map : path, optional
         The measured ratio of skin to nail vibration: a table of frequency (Hz) and skin over nail (dB, or ratio). By
         default, skin and nail are assumed to move equally.
@@ -154,6 +156,9 @@ def answers(
 
     Notes
     -----
+    The columns `participant`, `task`, `trial`, `presented` and `answered` are needed; `set` and `offered` may be there.
+    A DataFrame is written to a file first: ``table.to_csv('answers.csv', index=False)``.
+
     Source: ``piezotact answers``, ``docs/schemas/association.json``.
     """
     return run(Answers, "answers", locals())

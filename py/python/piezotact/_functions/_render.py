@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 import numpy.typing as npt
 
-from .._call import run
+from .._call import called_for, run
 from .._recording import Data, Path, Text, Unit
 from .._results import Record, Result
 
@@ -16,7 +16,8 @@ from .._results import Record, Result
 class Manipulated(Result):
     """A texture that was manipulated: what it was before and what it is after.
 
-    Fields: ``docs/schemas/manipulate.json``.
+    Attributes: `condition`, `duration_s`, `lineage`, `rate_hz`, `rms_after`, `rms_before`, `text`, `unit`, `version`.
+    ``found.to_dict()`` is the document.
     """
 
     SCHEMA: ClassVar[str] = "manipulate"
@@ -43,7 +44,9 @@ class Rendering(Result):
     """A texture that was rendered. It differs from the rendered drive by the names of files and by what every gain would
     need.
 
-    Fields: ``docs/schemas/render.json``.
+    Attributes: `achievable_band_hz`, `called`, `condition`, `drive_setup`, `gains`, `given_up_band_hz`, `headroom`,
+    `level_db`, `loop`, `rate_hz`, `target`, `transfer`, `version`.
+    ``found.to_dict()`` is the document.
     """
 
     SCHEMA: ClassVar[str] = "render"
@@ -77,7 +80,8 @@ class Rendering(Result):
 class Renderings(Result):
     """Several textures or fingers in one go.
 
-    Fields: ``docs/schemas/render_batch.json``.
+    Attributes: `refused`, `renderings`, `version`.
+    ``found.to_dict()`` is the document.
     """
 
     SCHEMA: ClassVar[str] = "render_batch"
@@ -91,7 +95,9 @@ class Renderings(Result):
 class Prepared(Result):
     """The drives of one participant, one for each texture.
 
-    Fields: ``docs/schemas/prepare.json``.
+    Attributes: `band_hz`, `bench`, `failed`, `level_db`, `level_set_by`, `mode`, `not_good_enough`, `outcome`,
+    `participant`, `sentence`, `textures`, `transfer`, `version`.
+    ``found.to_dict()`` is the document.
     """
 
     SCHEMA: ClassVar[str] = "prepare"
@@ -125,7 +131,9 @@ class Prepared(Result):
 class PreparedStimuli(Result):
     """The stimuli of a protocol, prepared for one participant.
 
-    Fields: ``docs/schemas/prepare_stimuli.json``.
+    Attributes: `band_hz`, `bench`, `failed`, `level_db`, `level_set_by`, `mode`, `not_good_enough`, `outcome`,
+    `participant`, `protocol`, `sentence`, `stimuli`, `textures`, `transfer`, `version`.
+    ``found.to_dict()`` is the document.
     """
 
     SCHEMA: ClassVar[str] = "prepare_stimuli"
@@ -170,8 +178,8 @@ def manipulate(
     of_stroke: int | None = None,
     rms_band: Text | None = None,
     seed: int | None = None,
-    channel: Text | None = None,
-    of_channel: Text | None = None,
+    channel: str | None = None,
+    of_channel: str | None = None,
     of_scale: Text | None = None,
     scale: Text | Sequence[Text] | None = None,
     rate: float | None = None,
@@ -219,9 +227,9 @@ def manipulate(
         The band in which `rms_of` measures both levels; default: all frequencies.
     seed : int, optional
         Seed of the random phases of `randomise_phases`. Default: 1.
-    channel : str or number, optional
+    channel : str, optional
         The channel; optional if there is only one, or only one of acceleration.
-    of_channel : str or number, optional
+    of_channel : str, optional
         The channel of the other recordings.
     of_scale : str or number, optional
         What the number 1 in the other recordings means; default: what they state, otherwise `scale`.
@@ -279,7 +287,7 @@ def render(
     unit: Unit = None,
     out: Path | None = None,
     band: Text | None = None,
-    channel: Text | None = None,
+    channel: str | None = None,
     scale: Text | Sequence[Text] | None = None,
     rate: float | None = None,
     part: int | None = None,
@@ -319,10 +327,10 @@ def render(
         scale.
     out : path, optional
         The drive to write (WAV, 32-bit float), with its sidecar beside it; a folder for several textures or
-        participants. Default: a temporary file, which is removed with the result.
+        participants. Default: a temporary file, or a folder for several, which is removed with the result.
     band : str or number, optional
         The band that is rendered, in Hz. Default: 20..1000.
-    channel : str or number, optional
+    channel : str, optional
         The channel of the texture; optional if there is only one, or only one of acceleration.
     scale : str or number, or a list, optional
         What the number 1 in the file means, such as "200 m/s2": for a WAV file (1 = full scale) without a sidecar
@@ -410,7 +418,7 @@ def render(
     -----
     Source: ``piezotact render``, ``docs/schemas/render.json``, ``docs/schemas/render_batch.json``.
     """
-    return run((Rendering, Renderings), "render", locals(), data=("targets",), outputs={"out": "drive.wav"})  # type: ignore[return-value]
+    return run((Rendering, Renderings), "render", locals(), data=("targets",), outputs={"out": called_for("drive.wav", targets, transfer)})  # type: ignore[return-value]
 
 
 def prepare(
@@ -503,8 +511,8 @@ def prepare(
         fake:FILE.toml,participant=K, which follows the script in FILE.toml and simulates device faults, for tests and
         for training; without it, they are rendered and not verified.
     out : path, optional
-        The folder to write: targets/, drives/ and measured/, with one file for each texture. Default: a temporary file,
-        which is removed with the result.
+        The folder to write: targets/, drives/ and measured/, with one file for each texture. Default: a temporary
+        folder, which is removed with the result.
     band : str or number, optional
         The band that is rendered and compared, in Hz. Default: 20..1000.
     level : str or number, optional

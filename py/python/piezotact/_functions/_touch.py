@@ -14,7 +14,8 @@ class Strokes(Result):
     """What strokes say, by recording and by group. It differs from the study by times in s and by the warnings of all
     groups.
 
-    Fields: ``docs/schemas/analysis.json``.
+    Attributes: `by`, `failed`, `groups`, `recordings`, `version`.
+    ``found.to_dict()`` is the document.
     """
 
     SCHEMA: ClassVar[str] = "analysis"
@@ -32,7 +33,8 @@ class Strokes(Result):
 class Cuts(Result):
     """Recordings cut into strokes. It differs from the recordings by times in s for places of samples.
 
-    Fields: ``docs/schemas/segmentation.json``.
+    Attributes: `failed`, `recordings`, `version`.
+    ``found.to_dict()`` is the document.
     """
 
     SCHEMA: ClassVar[str] = "segmentation"
@@ -47,7 +49,8 @@ class Comparison(Result):
     """What changes from group to group. It differs from the study by one comparison at the top, and by all warnings in one
     list.
 
-    Fields: ``docs/schemas/comparison.json``.
+    Attributes: `active_against_passive`, `by`, `common_lines`, `contrasts`, `discrimination`, `failed`, `version`.
+    ``found.to_dict()`` is the document.
     """
 
     SCHEMA: ClassVar[str] = "comparison"
@@ -400,10 +403,10 @@ def compare(
         The part of a recording with gaps (EEG formats, XDF) that is read, from 1 on; default: the first, with a
         warning.
     jnd : float, optional
-        The just-noticeable difference (JND) in level, in dB: smaller differences are not noticed; between it and 2.5
-        dB, the upper end of the published range, the result is not decided. Default: 1.58.
+        The just-noticeable difference (JND) in level between spectra, in dB: smaller differences are not noticed;
+        between it and 2.5 dB, the upper end of the published range, the result is not decided. Default: 1.58.
     frequency_jnd : float, optional
-        The just-noticeable difference in frequency, as a fraction of the frequency. Default: 0.2.
+        The just-noticeable difference in frequency between spectra, as a fraction of the frequency. Default: 0.2.
     contact_map : path, optional
         The measured ratio of skin to nail vibration: a table of frequency (Hz) and skin over nail (dB, or ratio). By
         default, skin and nail are assumed to move equally.

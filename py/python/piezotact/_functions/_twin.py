@@ -12,7 +12,8 @@ from .._results import Result
 class TwinRecording(Result):
     """A result with the file that holds it.
 
-    Fields: ``docs/schemas/twin_record.json``.
+    Attributes: ``dir(found)`` lists them.
+    ``found.to_dict()`` is the document.
     """
 
     SCHEMA: ClassVar[str] = "twin_record"

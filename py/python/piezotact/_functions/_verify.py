@@ -16,7 +16,8 @@ from .._results import Record, Result
 class Played(Result):
     """A result with the file that holds it.
 
-    Fields: ``docs/schemas/play.json``.
+    Attributes: ``dir(found)`` lists them.
+    ``found.to_dict()`` is the document.
     """
 
     SCHEMA: ClassVar[str] = "play"
@@ -27,7 +28,12 @@ class Verification(Result):
     """How close a measurement came to its target, with the other measurements that were asked for: several values of one
     command.
 
-    Fields: ``docs/schemas/verify.json``.
+    Attributes: `achievable_band_hz`, `added_power`, `also`, `averages`, `band_hz`, `before`, `clipped_fraction`,
+    `clock`, `criteria`, `delay_s`, `error_db`, `error_db_max`, `error_db_rms`, `error_db_rms_achievable`,
+    `error_db_rms_level_matched`, `error_frequency_hz`, `error_max_at_hz`, `frequency_hz`, `is_rehearsal`, `level_db`,
+    `level_error_db`, `limits`, `measured_psd`, `mode`, `passed`, `psd_unit`, `rate_hz`, `sentence`, `silence_s`,
+    `target_psd`, `uncompensated_predicted`, `verdict`, `version`, `waveform_correlation`, `waveform_nmse_db`, `welch`.
+    ``found.to_dict()`` is the document.
     """
 
     SCHEMA: ClassVar[str] = "verify"
@@ -111,7 +117,11 @@ class Verification(Result):
 class Score(Result):
     """The perceptual distance of two recordings with its verdict, and further measures of their difference.
 
-    Fields: ``docs/schemas/score.json``.
+    Attributes: `balance`, `bands`, `config`, `criteria`, `extent`, `is_nonstationary`, `jnd_source`, `level`,
+    `level_error_db`, `literature`, `modulation_db`, `perceived`, `rate_hz`, `reference_centroid_hz`,
+    `reference_sensation_db`, `segments`, `sentence`, `spectral`, `spectrum`, `spectrum_error`, `test_centroid_hz`,
+    `test_sensation_db`, `verdict`, `version`, `waveform`, `within_jnd`.
+    ``found.to_dict()`` is the document.
     """
 
     SCHEMA: ClassVar[str] = "score"
@@ -121,8 +131,8 @@ class Score(Result):
     bands: list[Record]
     #: How it was computed.
     config: Record
-    #: The criteria: the score re the just-noticeable difference and, for two realisations, re the distance between the
-    #: halves of one recording.
+    #: The criteria: the difference that decides re the just-noticeable difference and, for two realisations, re the
+    #: distance between the halves of one recording.
     criteria: list[Record]
     #: What of the two is compared.
     extent: Any
@@ -138,20 +148,20 @@ class Score(Result):
     literature: Record | None
     #: The spread of short-time levels of the reference and the test, dB; it is not part of the score.
     modulation_db: npt.NDArray[np.float64] | None
-    #: How far they are apart over time and channels; absent where they are too short.
-    over_time: Record | None
+    #: The score: the perceived difference, over time and by channel; absent where the spectra decide.
+    perceived: Record | None
     #: The rate at which they were compared, Hz.
     rate_hz: float
     #: The mean frequency of what the reference excites, Hz.
     reference_centroid_hz: float
     #: The level of what the reference excites, dB re the detection threshold.
     reference_sensation_db: float
-    #: The score, JND: the largest of the three differences below.
-    score: Record
     #: The segments averaged, of the one that has fewer.
     segments: int
     #: One sentence that says whether a finger could tell A, the reference, from B, the test, by how much, and how.
     sentence: str
+    #: The difference of the spectra, JND: the largest of the three below.
+    spectral: Record
     #: The mean difference of the bands' levels, weighed by what they excite.
     spectrum: Record
     #: The spectra line by line.
@@ -165,7 +175,8 @@ class Score(Result):
     version: int
     #: How alike the waveforms are; it is not part of the score.
     waveform: Record | None
-    #: How far the halves of the reference lie apart, and those of the test, JND; absent where they are too short.
+    #: How far the spectra of the halves of the reference lie apart, and those of the test, JND; absent where they are
+    #: too short.
     within_jnd: npt.NDArray[np.float64] | None
 
 
@@ -236,15 +247,15 @@ def verify(
     measured: Data,
     *,
     unit: Unit = None,
-    channel: Text | None = None,
-    measured_channel: Text | None = None,
+    channel: str | None = None,
+    measured_channel: str | None = None,
     measured_scale: Text | None = None,
     drive: Path | None = None,
     band: Text | None = None,
     transfer: Path | None = None,
     also: Data | Sequence[Data] | None = None,
     before: Path | Sequence[Path] | None = None,
-    before_channel: Text | None = None,
+    before_channel: str | None = None,
     before_stroke: int | None = None,
     scale: Text | Sequence[Text] | None = None,
     rate: float | None = None,
@@ -268,9 +279,9 @@ def verify(
     unit : str or dict of str, optional
         The unit of an array, or of each channel by its name: ``"m/s2"``, ``"g"``, ``"N"``; ``"1"`` relative to full
         scale.
-    channel : str or number, optional
+    channel : str, optional
         The channel of the target; optional if there is only one, or only one of acceleration.
-    measured_channel : str or number, optional
+    measured_channel : str, optional
         The channel of the measurement; optional if there is only one, or only one of acceleration.
     measured_scale : str or number, optional
         What the number 1 in the measurement means, if it differs from `scale`.
@@ -289,7 +300,7 @@ def verify(
     before : path, or a list, optional
         A source of a manipulated target (`manipulate`): the original texture, or a texture whose level or spectrum was
         used; may be repeated. Levels, waveforms and spectra before and after the manipulation are compared.
-    before_channel : str or number, optional
+    before_channel : str, optional
         The channel of the source textures; optional if there is only one, or only one of acceleration.
     before_stroke : int, optional
         Uses one stroke of the source textures, numbered from 1, as `manipulate `stroke`` does.
@@ -345,10 +356,11 @@ def score(
     test: Data,
     *,
     unit: Unit = None,
-    channel: Text | None = None,
-    test_channel: Text | None = None,
+    channel: str | None = None,
+    test_channel: str | None = None,
     test_scale: Text | None = None,
     band: Text | None = None,
+    model: Literal["perceived", "spectral"] | None = None,
     jnd: float | None = None,
     frequency_jnd: float | None = None,
     contact_map: Path | None = None,
@@ -376,19 +388,22 @@ def score(
     unit : str or dict of str, optional
         The unit of an array, or of each channel by its name: ``"m/s2"``, ``"g"``, ``"N"``; ``"1"`` relative to full
         scale.
-    channel : str or number, optional
+    channel : str, optional
         The channel of A; optional if there is only one, or only one of acceleration.
-    test_channel : str or number, optional
+    test_channel : str, optional
         The channel of B, if it differs from `channel`.
     test_scale : str or number, optional
         What the number 1 in B means, if it differs from `scale`.
     band : str or number, optional
         The band in which A and B are compared, in Hz. Default: 20..1000.
+    model : {'perceived', 'spectral'}, optional
+        Which difference decides: the perceived one, or that of long-time spectra, which `jnd` and `frequency_jnd`
+        concern. Default: perceived.
     jnd : float, optional
-        The just-noticeable difference (JND) in level, in dB: smaller differences are not noticed; between it and 2.5
-        dB, the upper end of the published range, the result is not decided. Default: 1.58.
+        The just-noticeable difference (JND) in level between spectra, in dB: smaller differences are not noticed;
+        between it and 2.5 dB, the upper end of the published range, the result is not decided. Default: 1.58.
     frequency_jnd : float, optional
-        The just-noticeable difference in frequency, as a fraction of the frequency. Default: 0.2.
+        The just-noticeable difference in frequency between spectra, as a fraction of the frequency. Default: 0.2.
     contact_map : path, optional
         The measured ratio of skin to nail vibration: a table of frequency (Hz) and skin over nail (dB, or ratio). By
         default, skin and nail are assumed to move equally.
