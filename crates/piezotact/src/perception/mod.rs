@@ -422,7 +422,7 @@ impl PerceivedVibration {
     }
 
     /// As [`Self::of`], of one of two vibrations that follow each other and are cut at the same instants: their time is common, and their
-    /// chance but for the share `independent` of the variance, 0–1.
+    /// chance but for the share `independent_share` of the variance, 0–1.
     ///
     /// Formula: of two that are correlated by ρ, 1 − ρ².
     ///
@@ -435,10 +435,10 @@ impl PerceivedVibration {
         x: &Series<Acceleration>,
         parameters: &Parameters,
         skin_over_nail: &dyn Fn(Hertz) -> Decibels,
-        independent: f64,
+        independent_share: f64,
     ) -> Result<Self, PerceptionError> {
         let skin = |hz: f64| skin_over_nail(Hertz(hz)).amplitude_ratio();
-        let independent = Some(independent.clamp(0.0, 1.0));
+        let independent = Some(independent_share.clamp(0.0, 1.0));
         felt(what, x, parameters.checked()?, &skin, independent).map(Self)
     }
 
