@@ -141,6 +141,7 @@ fn refuse(
     both: [&Series<Acceleration>; 2],
     compared: [&Series<Acceleration>; 2],
     records: [Record; 2],
+    is_shared: bool,
 ) -> Result<(), ScoreError> {
     // What both share is as long as the shorter one at the most.
     let [a, b] = both.map(|x| x.samples().len());
@@ -148,10 +149,11 @@ fn refuse(
     if b < a {
         names.reverse();
     }
-    let is_shared = compared[0].samples().len() == compared[1].samples().len() && a != b;
     for (i, (x, record)) in compared.into_iter().zip(records).enumerate() {
         let found = x.duration();
-        if record == Record::Excerpt && found.0 < SHORTEST_EXCERPT.0 - ROUNDING_S {
+        // A hundredth is what aligning costs at the ends.
+        let least_s = SHORTEST_EXCERPT.0 * if is_shared { 0.99 } else { 1.0 };
+        if record == Record::Excerpt && found.0 < least_s - ROUNDING_S {
             return Err(ScoreError::TooShort {
                 what: match is_shared {
                     true => names[0],
@@ -181,15 +183,13 @@ fn compared(
         Ok::<_, ScoreError>(([a, b], difference))
     };
     let (mut compared, mut difference) = of(both, None)?;
+    let is_shared = common.is_some() && difference.records.contains(&Record::Excerpt);
     if let Some(([first, second], independent)) = common {
-        let cut = match difference.records.contains(&Record::Excerpt) {
-            true => [first, second],
-            false => both,
-        };
+        let cut = if is_shared { [first, second] } else { both };
         (compared, difference) = of(cut, Some(independent))?;
     }
     let [a, b] = &compared;
-    refuse(both, [a, b], difference.records)?;
+    refuse(both, [a, b], difference.records, is_shared)?;
     Ok((compared, difference))
 }
 
