@@ -16,6 +16,8 @@ use crate::warning::Warnings;
 
 /// The shortest excerpt of a longer vibration that is compared.
 const SHORTEST_EXCERPT: Seconds = Seconds(0.3);
+/// The share of a vibration that aligning costs at its ends.
+const COST_OF_ALIGNING: f64 = 0.01;
 /// A duration is a number of samples over a rate.
 const ROUNDING_S: f64 = 1e-9;
 /// The width of the edges of the band, as a share of its ends: sharper ones ring for longer than a channel follows.
@@ -136,12 +138,12 @@ fn parts(x: &Series<Acceleration>, config: &ScoreConfig) -> Option<f64> {
     Some(PARTS * quarters.fold(parts_apart([0, 1], 2)?, f64::max))
 }
 
-/// Refuses excerpts that are too short: those that are `compared` of `both`.
+/// Refuses excerpts that are shorter than `least`: those that are `compared` of `both`.
 fn refuse(
     both: [&Series<Acceleration>; 2],
     compared: [&Series<Acceleration>; 2],
     records: [Record; 2],
-    is_shared: bool,
+    least: Seconds,
 ) -> Result<(), ScoreError> {
     // What both share is as long as the shorter one at the most.
     let [a, b] = both.map(|x| x.samples().len());
@@ -149,11 +151,10 @@ fn refuse(
     if b < a {
         names.reverse();
     }
+    let is_shared = compared[0].samples().len() == compared[1].samples().len() && a != b;
     for (i, (x, record)) in compared.into_iter().zip(records).enumerate() {
         let found = x.duration();
-        // A hundredth is what aligning costs at the ends.
-        let least_s = SHORTEST_EXCERPT.0 * if is_shared { 0.99 } else { 1.0 };
-        if record == Record::Excerpt && found.0 < least_s - ROUNDING_S {
+        if record == Record::Excerpt && found.0 < least.0 - ROUNDING_S {
             return Err(ScoreError::TooShort {
                 what: match is_shared {
                     true => names[0],
@@ -189,7 +190,11 @@ fn compared(
         (compared, difference) = of(cut, Some(independent))?;
     }
     let [a, b] = &compared;
-    refuse(both, [a, b], difference.records, is_shared)?;
+    let least = match is_shared {
+        true => Seconds(SHORTEST_EXCERPT.0 * (1.0 - COST_OF_ALIGNING)),
+        false => SHORTEST_EXCERPT,
+    };
+    refuse(both, [a, b], difference.records, least)?;
     Ok((compared, difference))
 }
 
