@@ -239,7 +239,7 @@ pub struct Score {
 /// What [`score`] takes in memory at most beside its two recordings, in bytes for each sample of the longer one.
 ///
 /// Source: measured by `tests/memory.rs`; docs/decisions/verification.md.
-pub const MEMORY_BYTES_A_SAMPLE: usize = 150;
+pub const MEMORY_BYTES_A_SAMPLE: usize = 160;
 
 /// The perceptual distance of `test` from `reference` in JND, and whether they can be distinguished: by the perceived difference
 /// ([`crate::perception`]) within the band, or by the difference of the spectra, as `config` says.

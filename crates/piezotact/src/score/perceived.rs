@@ -183,12 +183,17 @@ fn compared(
         let difference = apart([&a, &b], independent, &published, config)?;
         Ok::<_, ScoreError>(([a, b], difference))
     };
-    let (mut compared, mut difference) = of(both, None)?;
-    let is_shared = common.is_some() && difference.records.contains(&Record::Excerpt);
-    if let Some(([first, second], independent)) = common {
-        let cut = if is_shared { [first, second] } else { both };
-        (compared, difference) = of(cut, Some(independent))?;
-    }
+    let Some(([first, second], independent)) = common else {
+        let (compared, difference) = of(both, None)?;
+        let [a, b] = &compared;
+        refuse(both, [a, b], difference.records, SHORTEST_EXCERPT)?;
+        return Ok((compared, difference));
+    };
+    // Only how they are recorded is kept.
+    let records = of(both, None)?.1.records;
+    let is_shared = records.contains(&Record::Excerpt);
+    let cut = if is_shared { [first, second] } else { both };
+    let (compared, difference) = of(cut, Some(independent))?;
     let [a, b] = &compared;
     let least = match is_shared {
         true => Seconds(SHORTEST_EXCERPT.0 * (1.0 - COST_OF_ALIGNING)),
