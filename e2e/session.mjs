@@ -59,10 +59,26 @@ async function enter(browser, address, options = {}) {
 }
 
 const mark = (page) => page.getAttribute("[data-mark]", "data-mark");
-/// Waits until the page shows another step than `before`, and takes keys again.
+/// Waits until the page shows another step than `before`, has shown it for a while, and takes keys again.
 const moved = async (page, before, timeout = 120_000) => {
-  await page.waitForFunction((before) => document.querySelector("[data-mark]").dataset.mark !== before, before, { timeout });
-  await sleep(500);
+  try {
+    await page.waitForFunction((before) => document.querySelector("[data-mark]").dataset.mark !== before, before, { timeout });
+  } catch (error) {
+    throw new Error(`${error.message}; the page shows: ${await page.evaluate(() => document.body.innerText).catch(() => "nothing")}`);
+  }
+  // What follows by itself is waited for too: a page takes no press at once after its step changed.
+  let shown;
+  do {
+    shown = await mark(page);
+    await sleep(500);
+  } while (shown !== (await mark(page)));
+};
+/// Presses the first large button as a person does: twice where it asks for that.
+const pressMain = async (page) => {
+  const main = page.locator(".step > button.main").first();
+  const isTwice = await main.getAttribute("data-twice");
+  await main.click();
+  if (isTwice) { await sleep(450); await main.click(); }
 };
 
 /// One picture for each kind of step, on every width.
@@ -174,9 +190,7 @@ async function touches(browser) {
   const awaited = () => page.$(".step > button.main[data-ask*='confirm']");
   while (!(await awaited())) {
     const before = await mark(page);
-    const main = page.locator(".step > button.main").first();
-    await main.click();
-    if (await main.getAttribute("data-twice")) { await sleep(450); await main.click(); }
+    await pressMain(page);
     await moved(page, before);
   }
   const before = await mark(page);
@@ -438,8 +452,7 @@ async function stopped(browser) {
     const before = await mark(page);
     if (await page.$(".step > .draft")) await answer(page, await words(page), "keys");
     else {
-      await main(page).click();
-      if (await main(page).getAttribute("data-twice").catch(() => null)) { await sleep(450); await main(page).click(); }
+      await pressMain(page);
       await moved(page, before);
     }
   }
@@ -553,8 +566,7 @@ async function compared(browser) {
   while (!(await participant.$("[data-final]"))) {
     const before = await mark(page);
     await picture(page, `compared-${JSON.parse(await main().getAttribute("data-ask")).do}`);
-    await main().click();
-    if (await main().getAttribute("data-twice").catch(() => null)) { await sleep(450); await main().click(); }
+    await pressMain(page);
     await moved(page, before);
   }
   const answers = 4;

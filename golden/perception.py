@@ -380,19 +380,18 @@ def pulse_rate(l, peaks, dt):
 
 
 def events(l, peaks, dt):
-    """Onsets, s, and levels, dB, of events with silence of 40 ms between them; None of fewer than three."""
+    """Onsets, s, and levels, dB, of events; None of fewer than three, and where half of the silences between them are shorter than 40 ms."""
     if len(peaks) < 3:
         return None
     quiet = max(3.0, l.max() - 20)
-    onsets = []
+    onsets, short = [], 0
     for i, k in enumerate(peaks):
         start = 0 if i == 0 else peaks[i - 1]
         part = l[start:k + 1]
-        if i and np.count_nonzero(part < quiet) * dt < 0.040:
-            return None
+        short += bool(i) and np.count_nonzero(part < quiet) * dt < 0.040
         below = np.flatnonzero(part < l[k] - 6)
         onsets.append((start + (below[-1] + 1 if len(below) else 0)) * dt)
-    return np.array(onsets), l[peaks]
+    return None if 2 * short >= len(peaks) - 1 else (np.array(onsets), l[peaks])
 
 
 def autocorrelation(v):
@@ -417,7 +416,8 @@ def rhythm(a, b, level_jnd, p):
         regular = [min(1.0, max(r.max(), 0.0)) for r in (ra, rb)]
         variance = 2 * (sa ** 2 * (1 - regular[0]) / len(a[0]) + sb ** 2 * (1 - regular[1]) / len(b[0]))
         accents = left(math.sqrt(np.mean((ra * sa - rb * sb) ** 2)), variance, 5.0) / level_jnd
-    if len(a[0]) == len(b[0]) <= 10:
+    # In order where both have few.
+    if max(len(a[0]), len(b[0])) <= 10:
         d = [left(math.log(y / x), 2 * (0.005 / x) ** 2 + 2 * (0.005 / y) ** 2, 2.0) for x, y in zip(np.diff(a[0]), np.diff(b[0]))]
         intervals = math.sqrt(np.mean(np.square(d))) / math.log1p(p.duration_share)
     else:

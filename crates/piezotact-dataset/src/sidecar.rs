@@ -153,6 +153,28 @@ pub(crate) fn read_with_samples(path: &Path) -> Result<Option<Read>, ReadError> 
     })
 }
 
+/// Refuses as the unit of `channel` an amount that is no number above zero with a decimal point, such as `0,5 g` or `-1 m/s2`. Any other
+/// text is the name of a unit: `1/s`.
+pub(crate) fn require_unit(path: &Path, channel: &str, text: &str) -> Result<(), ReadError> {
+    let text = text.trim();
+    let first = text.split_whitespace().next();
+    let number = first.and_then(|word| word.parse::<f64>().ok());
+    let is_impossible = number.is_some_and(|value| !(value > 0.0 && value.is_finite()));
+    let unit = text.trim_start_matches(|c: char| c.is_ascii_digit() || "+-−.,' ".contains(c));
+    let is_amount = unit.len() < text.len() && !matches!(Unit::parse(unit).0, Unit::Other(_));
+    if !is_impossible && !(is_amount && text.parse::<Measure>().is_err()) {
+        return Ok(());
+    }
+    Err(ReadError::content(
+        path,
+        format!(
+            "a unit such as \"N\", or a value above zero with one, such as \"0.5 N\", for `{channel}`"
+        ),
+        format!("`{text}`"),
+        "correct it",
+    ))
+}
+
 /// The unit and factor of a text such as `N` or `2 N`.
 pub(crate) fn measure_or_unit(text: &str) -> (Unit, f64) {
     match text.parse::<Measure>() {

@@ -270,7 +270,7 @@ fn a_unit_with_an_impossible_value_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.wav");
     write_wav(&path, &[&[0.5; 50]], 5_000, SampleFormat::Float32).unwrap();
-    for unit in ["-2 N", "0 N", "1e400 N", "nan N"] {
+    for unit in ["-2 N", "0 N", "1e400 N", "nan N", "0,5 N", "-2N"] {
         let text = format!(r#"{{"channels": ["fz"], "units": {{"fz": "{unit}"}}}}"#);
         std::fs::write(sidecar_path(&path), text).unwrap();
         let said = read_recording(&path, &ReadOptions::default()).unwrap_err();

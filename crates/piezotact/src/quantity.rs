@@ -381,6 +381,7 @@ impl Unit {
         match plain.as_str() {
             "m/s2" | "ms-2" | "m.s-2" | "m·s-2" | "m/s/s" => (Self::MetrePerSecondSquared, 1.0),
             "mm/s2" | "mm·s-2" | "mm.s-2" => (Self::MetrePerSecondSquared, 1e-3),
+            "cm/s2" | "cm·s-2" | "cm.s-2" | "Gal" => (Self::MetrePerSecondSquared, 1e-2),
             "g" | "gn" | "g0" | "G" => (Self::MetrePerSecondSquared, STANDARD_GRAVITY_M_S2),
             "mg" => (Self::MetrePerSecondSquared, STANDARD_GRAVITY_M_S2 * 1e-3),
             "N" => (Self::Newton, 1.0),

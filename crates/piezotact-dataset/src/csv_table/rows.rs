@@ -24,6 +24,11 @@ impl<'t> Rows<'t> {
         if is_plain {
             return Self::Plain(text, char::from(delimiter), 0);
         }
+        Self::quoted(text, delimiter)
+    }
+
+    /// Those of a text of which cells may stand in quotes, by crate csv.
+    fn quoted(text: &'t str, delimiter: u8) -> Self {
         let reader = csv::ReaderBuilder::new()
             .delimiter(delimiter)
             .has_headers(false)
@@ -88,4 +93,51 @@ fn next_line<'t>(text: &mut &'t str) -> Option<&'t str> {
     let (line, rest) = text.split_once('\n').unwrap_or((text, ""));
     *text = rest;
     Some(line.strip_suffix('\r').unwrap_or(line))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use piezotact::statistics::random::Random;
+
+    /// All rows with their places, and whether the end was seen before each of them and behind the last.
+    fn all_of(mut rows: Rows<'_>) -> (Vec<(usize, Vec<String>)>, Vec<bool>) {
+        let (mut found, mut ends) = (Vec::new(), vec![rows.is_at_end()]);
+        let mut cells = Vec::new();
+        while let Some(at) = rows.next(&mut cells) {
+            let cells = cells.iter().map(|cell| cell.to_string()).collect();
+            found.push((at.expect("no row of this text is malformed"), cells));
+            ends.push(rows.is_at_end());
+        }
+        (found, ends)
+    }
+
+    #[test]
+    fn both_ways_give_the_same_rows() {
+        const PARTS: [&str; 12] = [
+            "1.5", "−2", "a b", " ", "\t", ",", ";", "\n", "\r\n", "\n\n", "é", "",
+        ];
+        let mut random = Random::stream(5, 0, "rows");
+        let mut below = |n: usize| (random.uniform() * n as f64) as usize;
+        for _ in 0..4000 {
+            let length = below(40);
+            let text: String = (0..length).map(|_| PARTS[below(PARTS.len())]).collect();
+            for delimiter in [b',', b';', b'\t'] {
+                let plain = Rows::of(&text, delimiter);
+                assert!(matches!(plain, Rows::Plain(..)), "{text:?}");
+                assert_eq!(
+                    all_of(plain),
+                    all_of(Rows::quoted(&text, delimiter)),
+                    "{text:?} at {delimiter}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn quotes_and_lone_returns_are_read_by_the_crate() {
+        for text in ["a,\"b\"\n", "1,2\r3,4\r", "\r"] {
+            assert!(matches!(Rows::of(text, b','), Rows::Quoted(_)), "{text:?}");
+        }
+    }
 }

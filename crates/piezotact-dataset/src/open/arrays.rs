@@ -8,7 +8,7 @@ use piezotact::recording::{Channel, Condition, Provenance, Recording};
 use super::finite::finite;
 use super::{Contents, FileKind, contents_of};
 use crate::error::ReadError;
-use crate::sidecar::measure_or_unit;
+use crate::sidecar::{measure_or_unit, require_unit};
 
 /// A channel as an array holds it.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,13 +22,19 @@ pub struct ArrayChannel {
 /// The recording of `channels` sampled at `rate`, in SI; errors call it `name`.
 ///
 /// # Errors
-/// [`ReadError`] without channels, of channels that differ in length or share a name, and of a sample that is NaN or infinite.
+/// [`ReadError`] without channels, of channels that differ in length or share a name, of an amount of a unit that is no positive
+/// decimal number, and of a sample that is NaN or infinite.
 pub fn recording_of_arrays(
     name: &Path,
     channels: Vec<ArrayChannel>,
     rate: SampleRate,
     condition: Condition,
 ) -> Result<Contents, ReadError> {
+    for channel in &channels {
+        if let Some(unit) = &channel.unit {
+            require_unit(name, &channel.name, unit)?;
+        }
+    }
     let channels = channels.into_iter().map(in_si).collect();
     let provenance = Provenance {
         source: name.display().to_string(),
@@ -71,11 +77,13 @@ mod tests {
 
     #[test]
     fn arrays_are_in_si_with_the_unit_that_is_stated() {
-        let channels: [(&str, Option<&str>, &[f64]); 4] = [
+        let channels: [(&str, Option<&str>, &[f64]); 6] = [
             ("acc", Some("g"), &[1.0, 2.0]),
             ("fz", Some("2 mN"), &[1.0, 2.0]),
             ("drive", Some("1"), &[0.5, -0.5]),
             ("x", None, &[3.0, 4.0]),
+            ("a", Some("cm/s2"), &[3.0, 5.0]),
+            ("n", Some("1/s"), &[3.0, 4.0]),
         ];
         let recording = of(&channels).unwrap().recording;
         let found = recording.channels().iter();
@@ -87,6 +95,8 @@ mod tests {
             ("N", 0.004),
             ("FS", -0.5),
             ("no unit", 4.0),
+            ("m/s²", 0.05),
+            ("1/s", 4.0),
         ];
         assert_eq!(
             found,
@@ -104,6 +114,11 @@ mod tests {
             ),
             (&[("a", None, &[][..])], "expected samples, found none"),
             (&[], "channel"),
+            (
+                &[("a", Some("0,5 g"), &[1.0][..])],
+                "above zero with one, such as \"0.5 N\", for `a`, found `0,5 g`",
+            ),
+            (&[("a", Some("-1 m/s2"), &[1.0][..])], "found `-1 m/s2`"),
             (&[("a", None, &[1.0][..]), ("b", None, &[1.0, 2.0])], "`b`"),
             (&[("a", None, &[1.0][..]), ("a", None, &[1.0])], "`a`"),
         ] {

@@ -9,7 +9,9 @@ use super::{FileKind, ReadOptions};
 use crate::columns::Column;
 use crate::error::ReadError;
 use crate::recording_file::Stored;
-use crate::sidecar::{OfSamples, Sidecar, measure_or_unit, read_with_samples, sidecar_path};
+use crate::sidecar::{
+    OfSamples, Sidecar, measure_or_unit, read_with_samples, require_unit, sidecar_path,
+};
 
 /// A sidecar and where it stands.
 pub(super) struct Beside {
@@ -193,16 +195,7 @@ impl Beside {
     ) -> Result<(), ReadError> {
         let names: Vec<&str> = names.collect();
         for (name, text) in &self.of_samples.units {
-            let number = text.split_whitespace().next();
-            let number = number.and_then(|word| word.parse::<f64>().ok());
-            if number.is_some_and(|value| !(value > 0.0 && value.is_finite())) {
-                return Err(ReadError::content(
-                    &self.place,
-                    format!("a unit such as \"N\", or a value above zero with one, for `{name}`"),
-                    format!("`{text}`"),
-                    "correct the entry in `units`",
-                ));
-            }
+            require_unit(&self.place, name, text)?;
         }
         let mut others = self.of_samples.units.keys();
         match others.find(|name| !names.contains(&name.as_str())) {

@@ -16,7 +16,7 @@ const EDGE_DB: f64 = 6.0;
 const QUIET_DB: f64 = 20.0;
 /// or this level at most, dB,
 const QUIET_LEVEL_DB: f64 = 3.0;
-/// and lasts this long between events, s: shorter ones fuse to a buzz.
+/// and lasts this long between events, s: where half of them or more are shorter, events fuse to a buzz.
 const SILENCE_S: f64 = 0.040;
 /// The longest pulse, s.
 const LONGEST_PULSE_S: f64 = 0.025;
@@ -106,7 +106,7 @@ pub(super) fn rate(level_db: &[f64], step_s: f64) -> Option<Rate> {
     })
 }
 
-/// The events of `level_db`; `None` of fewer than three, where no silence parts them, and in noise.
+/// The events of `level_db`; `None` of fewer than three, where no silence parts half of them, and in noise.
 pub(super) fn sequence(level_db: &[f64], step_s: f64) -> Option<Sequence> {
     let tops = peaks(level_db, DEPTH_DB);
     if tops.len() < 3 || peaks(level_db, RIPPLE_DB).len() != tops.len() {
@@ -114,19 +114,17 @@ pub(super) fn sequence(level_db: &[f64], step_s: f64) -> Option<Sequence> {
     }
     let loudest = level_db.iter().copied().fold(f64::MIN, f64::max);
     let quiet_db = QUIET_LEVEL_DB.max(loudest - QUIET_DB);
-    let mut onsets_s = Vec::with_capacity(tops.len());
+    let (mut onsets_s, mut fused) = (Vec::with_capacity(tops.len()), 0);
     for (i, &top) in tops.iter().enumerate() {
         let start = if i == 0 { 0 } else { tops[i - 1] };
         let part = &level_db[start..=top];
         let silent = part.iter().filter(|l| **l < quiet_db).count();
-        if i > 0 && (silent as f64) * step_s < SILENCE_S {
-            return None;
-        }
+        fused += usize::from(i > 0 && (silent as f64) * step_s < SILENCE_S);
         let below = part.iter().rposition(|l| *l < level_db[top] - EDGE_DB);
         onsets_s.push((start + below.map_or(0, |at| at + 1)) as f64 * step_s);
     }
     let levels_db = tops.iter().map(|top| level_db[*top]).collect();
-    Some(Sequence {
+    (2 * fused < tops.len() - 1).then_some(Sequence {
         onsets_s,
         levels_db,
     })
@@ -173,16 +171,16 @@ impl Sequence {
         super::left((square / 3.0).sqrt(), variance, taken_off::ACCENTS) / level_jnd_db
     }
 
-    /// How far their intervals are apart, JND: in order where they are few and equally many, or the middle one.
+    /// How far their intervals are apart, JND: in order where both have few, or the middle one.
     pub(super) fn rhythm_jnd(&self, other: &Self, p: &Parameters) -> f64 {
         let apart = |x: f64, y: f64| {
             let error = |i: f64| 2.0 * (ONSET_ERROR_S / i).powi(2);
             super::left((y / x).ln(), error(x) + error(y), taken_off::INTERVALS)
         };
         let (mut a, mut b) = (self.intervals_s(), other.intervals_s());
-        let found = if a.len() == b.len() && a.len() < IN_ORDER {
+        let found = if a.len().max(b.len()) < IN_ORDER {
             let squares = a.iter().zip(&b).map(|(x, y)| apart(*x, *y).powi(2));
-            (squares.sum::<f64>() / a.len() as f64).sqrt()
+            (squares.sum::<f64>() / a.len().min(b.len()) as f64).sqrt()
         } else {
             match (median(&mut a), median(&mut b)) {
                 (Some(x), Some(y)) => apart(x, y),

@@ -230,7 +230,7 @@ pub struct Score {
     pub is_nonstationary: bool,
     /// How it was computed.
     pub config: ScoreConfig,
-    /// Where the just noticeable differences come from.
+    /// Where the just noticeable differences of level and spectrum come from; those of the perceived difference have their sources in `perception`.
     pub jnd_source: &'static str,
     /// What a person should know before relying on it.
     pub warnings: Warnings,

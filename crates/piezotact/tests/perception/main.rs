@@ -20,7 +20,8 @@ use piezotact::score::{ScoreConfig, Verdict, score};
 use piezotact::series::Series;
 use serde::Deserialize;
 use signals::{
-    FS, equal_energy, louder, modulated, noise, padded, pair, ramp, series, taps, threshold, tone,
+    FS, equal_energy, louder, modulated, noise, padded, pair, place, ramp, series, taps, threshold,
+    tone, tone_of,
 };
 
 fn compared(a: &[f64], b: &[f64]) -> PerceivedDifference {
@@ -211,6 +212,32 @@ fn modulation_is_felt_the_more_the_deeper_it_is() {
 }
 
 /// What makes the difference is named.
+/// Also where it comes close to the next one.
+#[test]
+fn a_tap_is_felt_the_more_the_later_it_comes() {
+    for (tap_s, gap_s, most) in [(0.05, 0.2, 7), (0.08, 0.2, 5), (0.15, 0.3, 6)] {
+        let tap = tone_of(250.0, 25.0, tap_s, 1.0);
+        let taps = |later_s: f64| {
+            let at = |i: usize| 0.05 + i as f64 * gap_s + if i == 3 { later_s } else { 0.0 };
+            let parts: Vec<(f64, &[f64])> = (0..6).map(|i| (at(i), tap.as_slice())).collect();
+            place(0.1 + 6.0 * gap_s, &parts)
+        };
+        let even = taps(0.0);
+        let mut felt = 0.0;
+        for step in 1..most {
+            let found = compared(&even, &taps(0.020 * step as f64));
+            assert_eq!(found.contributions[0].feature, Feature::Rhythm);
+            assert!(
+                found.jnd.value > felt,
+                "{tap_s} s, {step}: {}",
+                found.jnd.value
+            );
+            felt = found.jnd.value;
+        }
+        assert!(felt > 1.0, "{tap_s} s: {felt}");
+    }
+}
+
 #[test]
 fn the_strongest_feature_is_the_one_that_was_changed() {
     let first = |key: &str| of(key).contributions[0];
