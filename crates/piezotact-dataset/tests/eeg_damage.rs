@@ -224,6 +224,16 @@ fn a_data_set_of_eeglab_that_is_not_whole_is_refused() {
 /// Truncations and flipped bytes of every kind of file: an error or a recording, never a panic.
 #[test]
 fn damage_is_an_error_and_no_panic() {
+    damaged_in(150);
+}
+
+#[test]
+#[ignore = "many repetitions: ./x soak runs it"]
+fn soak_damage_of_eeg_files() {
+    damaged_in(500);
+}
+
+fn damaged_in(rounds: usize) {
     let mut random = Lcg(7);
     for (stem, name, target) in [
         ("gap.", "gap.vhdr", "gap.vhdr"),
@@ -259,7 +269,7 @@ fn damage_is_an_error_and_no_panic() {
         let mut damaged = bytes.clone();
         // Most of a file is samples: damage is mostly where the header is.
         let header = bytes.len().min(1400);
-        for round in 0..500 {
+        for round in 0..rounds {
             let limit = if round % 4 == 0 { bytes.len() } else { header };
             let at = random.below(limit);
             damaged[at] = match round % 3 {

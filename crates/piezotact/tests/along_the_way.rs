@@ -232,13 +232,23 @@ fn a_grating_under_a_hand_is_found_along_the_way() {
     }
 }
 
-/// Lines of a machine, whatever their ratios, and what has no period are no period; ten hands each.
+/// Lines of a machine, whatever their ratios, and what has no period are no period.
 #[test]
 fn lines_that_stay_and_broad_textures_have_no_period_along_the_way() {
+    no_period_along_the_way_of(3);
+}
+
+#[test]
+#[ignore = "many repetitions: ./x soak runs it"]
+fn soak_lines_that_stay_and_broad_textures_have_no_period_along_the_way() {
+    no_period_along_the_way_of(10);
+}
+
+fn no_period_along_the_way_of(hands: u64) {
     let machines: [&[f64]; 4] = [&[50.0], &[50.0, 100.0, 150.0], &[37.0, 74.0, 111.0], &[]];
     for lines in machines {
         for spread in [0.3, 0.1, 0.0] {
-            for seed in 0..10 {
+            for seed in 0..hands {
                 let hand = Hand {
                     spread,
                     ..Hand::on_machine(lines)

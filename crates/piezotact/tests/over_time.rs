@@ -343,8 +343,18 @@ fn a_gain_that_drifts_is_reported() {
 /// Ten samples lost at one place and at ten places, and up to 123 at one place, are moved back.
 #[test]
 fn lost_samples_are_moved_back() {
+    lost_samples_are_moved_back_of(0..2);
+}
+
+#[test]
+#[ignore = "many repetitions: ./x soak runs it"]
+fn soak_lost_samples_are_moved_back() {
+    lost_samples_are_moved_back_of(0..4);
+}
+
+fn lost_samples_are_moved_back_of(seeds: std::ops::Range<u64>) {
     let spread: Vec<(f64, usize)> = (0..10).map(|k| (1.5 + 2.9 * f64::from(k), 1)).collect();
-    for seed in 0..4 {
+    for seed in seeds {
         let Firm {
             drive, response, ..
         } = Firm::of(seed);
@@ -444,14 +454,24 @@ fn late(response: &[f64], ppm: f64) -> Vec<f64> {
 /// 20 ppm over 30 s and 1.7 ppm over two minutes are corrected, where they cost more than 0.1 dB.
 #[test]
 fn a_clock_that_drifts_is_corrected() {
-    for (seed, ppm, seconds) in [
+    a_clock_is_corrected_of(&[(1, -20.0, SECONDS), (3, 1.7, 120.0)]);
+}
+
+#[test]
+#[ignore = "many repetitions: ./x soak runs it"]
+fn soak_a_clock_that_drifts_is_corrected() {
+    a_clock_is_corrected_of(&[
         (0, 20.0, SECONDS),
         (1, -20.0, SECONDS),
         (2, 20.0, SECONDS),
         (3, 1.7, 120.0),
         (4, -1.7, 120.0),
         (5, 1.7, 120.0),
-    ] {
+    ]);
+}
+
+fn a_clock_is_corrected_of(cases: &[(u64, f64, f64)]) {
+    for &(seed, ppm, seconds) in cases {
         let Firm {
             drive, response, ..
         } = Firm::lasting(seed, seconds);

@@ -186,18 +186,31 @@ fn two_textures_one_jnd_apart_in_level_score_1() {
 
 #[test]
 fn realisations_of_one_texture_are_not_distinguishable_in_30_s_and_the_limits_hold_the_truth() {
+    realisations_are_not_distinguishable_in(4);
+}
+
+#[test]
+#[ignore = "many repetitions: ./x soak runs it"]
+fn soak_realisations_of_one_texture_are_not_distinguishable_in_30_s() {
+    realisations_are_not_distinguishable_in(12);
+}
+
+fn realisations_are_not_distinguishable_in(pairs: u64) {
     let (mut below, mut wrong) = (0, 0);
-    for seed in 0..12 {
+    for seed in 0..pairs {
         let s = scored(
             &texture(seed, THIRTY_S, 2.0, humps),
             &texture(seed + 70, THIRTY_S, 2.0, humps),
         );
         eprintln!("two realisations: {}", s.sentence);
-        below += usize::from(s.verdict == Verdict::BelowJnd);
-        wrong += usize::from(s.spectral.low_jnd > 0.0);
+        below += u64::from(s.verdict == Verdict::BelowJnd);
+        wrong += u64::from(s.spectral.low_jnd > 0.0);
     }
-    assert_eq!(below, 12);
-    assert!(wrong <= 2, "{wrong} of 12 intervals exclude 0");
+    assert_eq!(below, pairs);
+    assert!(
+        wrong <= pairs.div_ceil(6),
+        "{wrong} of {pairs} intervals exclude 0"
+    );
 }
 
 #[test]

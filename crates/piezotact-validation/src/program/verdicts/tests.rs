@@ -99,11 +99,23 @@ fn waveforms_count_in_replicate_alone() {
     }
 }
 
-/// One seed of every texture in both modes, with the kinds that are most unlike each other: the targets of the whole.
+/// One seed of three textures in both modes, with the kinds that are most unlike each other: the targets of the whole.
 #[test]
 fn no_verdict_is_wrong() {
+    use scene::Texture::{Broad, Tick, Tonal};
+    no_verdict_is_wrong_of(vec![Broad, Tonal, Tick]);
+}
+
+#[test]
+#[ignore = "every texture: ./x soak runs it"]
+fn soak_no_verdict_is_wrong() {
+    no_verdict_is_wrong_of(Part::all().textures);
+}
+
+fn no_verdict_is_wrong_of(textures: Vec<scene::Texture>) {
     use Kind::*;
     let part = Part {
+        textures,
         seeds: vec![1],
         kinds: vec![
             Level(-3.0),
