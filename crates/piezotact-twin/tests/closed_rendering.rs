@@ -193,9 +193,19 @@ fn what_is_wrong_with_a_transfer_function_is_corrected() {
 /// A target of any rate is corrected: above the bench's rate too.
 #[test]
 fn the_rate_of_the_target_does_not_matter() {
+    the_rate_does_not_matter_of(&[4_000.0, 48_000.0]);
+}
+
+#[test]
+#[ignore = "many repetitions: ./x soak runs it"]
+fn soak_the_rate_of_the_target_does_not_matter() {
+    the_rate_does_not_matter_of(&[4_000.0, 5_000.0, 10_000.0, 48_000.0]);
+}
+
+fn the_rate_does_not_matter_of(rates_hz: &[f64]) {
     let (function, target) = (function(2), texture().amplified(Decibels(-6.0)));
     let rate = |hz: f64| SampleRate::new(hz).unwrap();
-    for hz in [4_000.0, 5_000.0, 10_000.0, 48_000.0] {
+    for &hz in rates_hz {
         let target = resample(&target, rate(hz)).unwrap();
         for mode in [Mode::Replicate, Mode::Texture] {
             let looped = closed_loop(

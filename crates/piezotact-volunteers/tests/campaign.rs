@@ -256,14 +256,14 @@ fn a_session_that_was_stopped_goes_on_after_its_last_event() {
     let at_once = run(&simulation, 1, &mut whole);
     let mut times = 0;
     let done = loop {
-        stops.left = 9;
+        stops.left = 15;
         times += 1;
         let step = &mut |_: Arrival<'_>| Ok(());
         if let Ok(done) = simulation.run::<VolunteerError>(1..=1, &mut stops, step) {
             break done;
         }
     };
-    assert!(times > 3);
+    assert!(times > 2, "{times}");
     assert_eq!(
         answers(&simulation, &stops, &done.plans),
         answers(&simulation, &whole, &at_once.plans)

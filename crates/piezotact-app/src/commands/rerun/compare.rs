@@ -154,7 +154,10 @@ fn pieces(html: &str) -> Vec<Piece> {
         if !text.is_empty() {
             pieces.push((heading.clone(), text.to_owned()));
         }
-        if let (true, Some(end)) = (rest.starts_with("<svg"), rest.find("</svg>")) {
+        // The end is looked for behind a beginning alone: each search goes through all that follows.
+        if rest.starts_with("<svg")
+            && let Some(end) = rest.find("</svg>")
+        {
             figures += 1;
             let (svg, after) = rest.split_at(end + "</svg>".len());
             pieces.push((format!("{heading}, figure {figures}"), svg.to_owned()));
