@@ -162,7 +162,8 @@ pub(crate) fn require_unit(path: &Path, channel: &str, text: &str) -> Result<(),
     let is_impossible = number.is_some_and(|value| !(value > 0.0 && value.is_finite()));
     let unit = text.trim_start_matches(|c: char| c.is_ascii_digit() || "+-−.,' ".contains(c));
     let is_amount = unit.len() < text.len() && !matches!(Unit::parse(unit).0, Unit::Other(_));
-    if !is_impossible && !(is_amount && text.parse::<Measure>().is_err()) {
+    let is_measure = text.parse::<Measure>().is_ok();
+    if !(is_impossible || is_amount && !is_measure) {
         return Ok(());
     }
     Err(ReadError::content(

@@ -112,7 +112,7 @@ fn soak_no_verdict_is_wrong() {
     no_verdict_is_wrong_of(Part::all().textures);
 }
 
-fn no_verdict_is_wrong_of(textures: Vec<scene::Texture>) {
+fn no_verdict_is_wrong_of(textures: Vec<Texture>) {
     use Kind::*;
     let part = Part {
         textures,
