@@ -8,7 +8,7 @@ use piezotact::quantity::Decibels;
 use piezotact::score::{Score, Verdict};
 use piezotact::warning::{Few, FewWarning};
 
-use crate::vibrations::{humps, scored, scored_by_spectra, series, texture};
+use crate::vibrations::{THIRTY_S, humps, scored, scored_by_spectra, series, texture};
 
 /// The same energy, flat or modulated at 30 Hz: people tell them apart in more than 90 % (Cao and Konyo 2018), and spectra do not. What is
 /// modulated alike, or not at all, is not told apart.
@@ -62,6 +62,56 @@ fn amplitude_modulation_of_equal_energy_is_distinguishable() {
             "{}",
             s.sentence
         );
+    }
+}
+
+#[test]
+fn realisations_of_one_texture_are_not_distinguishable_in_30_s_and_the_limits_hold_the_truth() {
+    realisations_are_not_distinguishable_in(4);
+}
+
+#[test]
+#[ignore = "many repetitions: ./x soak runs it"]
+fn soak_realisations_of_one_texture_are_not_distinguishable_in_30_s() {
+    realisations_are_not_distinguishable_in(12);
+}
+
+fn realisations_are_not_distinguishable_in(pairs: u64) {
+    let (mut below, mut wrong) = (0, 0);
+    for seed in 0..pairs {
+        let s = scored(
+            &texture(seed, THIRTY_S, 2.0, humps),
+            &texture(seed + 70, THIRTY_S, 2.0, humps),
+        );
+        eprintln!("two realisations: {}", s.sentence);
+        below += u64::from(s.verdict == Verdict::BelowJnd);
+        wrong += u64::from(s.spectral.low_jnd > 0.0);
+    }
+    assert_eq!(below, pairs);
+    assert!(
+        wrong <= pairs.div_ceil(6),
+        "{wrong} of {pairs} intervals exclude 0"
+    );
+}
+
+#[test]
+#[ignore = "many repetitions: ./x soak runs it"]
+fn soak_the_limits_hold_the_truth_nineteen_times_of_twenty() {
+    for (samples, pairs) in [(10_000, 150), (30_000, 60)] {
+        let held = (0..pairs)
+            .filter(|seed| {
+                let a = texture(1000 + 2 * seed, samples, 2.0, humps);
+                let b = texture(1001 + 2 * seed, samples, 2.0, humps);
+                let s = scored(&a, &b.amplified(Decibels(1.58)));
+                s.level.low_jnd <= 1.0 && 1.0 <= s.level.high_jnd
+            })
+            .count();
+        eprintln!(
+            "{} s: the limits of the level hold the truth in {held} of {pairs}",
+            samples / 5000
+        );
+        // 95 %, less three standard deviations of a count and what few segments cost.
+        assert!(held as f64 >= 0.87 * pairs as f64, "{held} of {pairs}");
     }
 }
 
