@@ -179,7 +179,7 @@ commands! {
     Strokes(cli::Strokes) => touch::strokes::run,
     /// Compares samples, speeds, participants, or active with passive touch.
     #[command(
-        after_help = "Two samples are distinguishable when a permutation test of their strokes is significant (5 % over all pairs), and\nthe whole 95 % interval of their distance is above the published range of the just-noticeable difference (JND) and\nabove the distance between halves of one sample. Distance, JND and detection threshold are those of `piezotact score\n--model spectral`; they need accelerations in m/s². Beside it stands the difference over time and channels of what is felt of\nthe strokes in the mean: below the JND needs both; with several recordings of each sample, it can tell them apart alone.\n\nExample:\n  piezotact compare Board2mm_*.csv --by speed --json\n  piezotact compare passive/S*.parquet active/S*.parquet --by touch --report comparison.html"
+        after_help = "Two samples are distinguishable when a permutation test of their strokes is significant (5 % over all pairs), and\nthe whole 95 % interval of their distance is above the published range of the just-noticeable difference (JND) and\nabove the distance between halves of one sample. Distance, JND and detection threshold are those of `piezotact score\n--model spectral`; they need accelerations in m/s². The perceived difference over time (that of\n`piezotact score`) is computed too, as a mean over strokes. Below the JND needs both to be below; with several recordings\nof each sample, the perceived difference alone can show that they are distinguishable.\n\nExample:\n  piezotact compare Board2mm_*.csv --by speed --json\n  piezotact compare passive/S*.parquet active/S*.parquet --by touch --report comparison.html"
     )]
     Compare(cli::Compare) => touch::compare::run,
     /// Computes the roughness of a measured profile or height map.
@@ -205,7 +205,7 @@ commands! {
     Serve(serve::Arguments) => serve::run,
     /// Measures, collects, analyses and averages the transfer functions of a panel of participants.
     Panel(cli::panel::Panel) => panel::run,
-    /// Lists, calibrates and measures sound devices; aligns what another system recorded with the drive.
+    /// Lists, calibrates and measures sound devices; aligns another system's recording with the drive.
     Sound(sound::Sound) => sound::run,
     /// Exports a texture, a drive or a transfer function for other devices and programs, and lists what the format loses.
     #[command(
@@ -219,7 +219,7 @@ commands! {
     Manual(manual::Arguments) => manual::run,
     /// Runs the command again that made a report or a document, and compares every value.
     #[command(
-        after_help = "Executed is this program alone, with the command that the file states and its outputs in a temporary folder, which is\nremoved. Read are the files that the command names. Relative paths begin in the folder of the first run, or in that\nof the file where its inputs are found there. Exit codes: 0 the same, 3 different, 1 cannot be run again.\n\nExample:\n  piezotact rerun report.html\n  piezotact rerun demo/verification.json --json"
+        after_help = "Runs only this program, with the command that the file states; its outputs go into a temporary folder, which is removed.\nReads the files that the command names. Relative paths begin in the folder of the first run, or in that\nof the file where its inputs are found there. Exit codes: 0 the same, 3 different, 1 cannot be run again.\n\nExample:\n  piezotact rerun report.html\n  piezotact rerun demo/verification.json --json"
     )]
     Rerun(rerun::Arguments) => rerun::run,
 }

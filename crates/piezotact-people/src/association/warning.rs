@@ -73,7 +73,7 @@ pub enum AssociationWarning {
     Guesses { pairs: usize },
     /// Some participants answer as guessing does, and the others far better.
     #[error(
-        "{}: a mean over both kinds of people is of neither; read them apart, and ask whether the task was understood",
+        "{}: a mean over both groups describes neither; look at each alone, and ask whether the task was understood",
         guessing.words()
     )]
     SomeGuess { guessing: Guessing },

@@ -490,7 +490,7 @@ impl CampaignDesign {
             format!(
                 "{}: a cell of {}, presented {} to each participant{}, has an expected 95 % interval of ±{:.0} percentage points with \
                  {participants} ({} simulated studies; assumed: {:.0} % of the answers of the median participant are in the cell, \
-                 standard deviation over participants {} of the logit).",
+                 standard deviation of the logit over participants {}).",
                 of.task,
                 of.sample,
                 times(of.presentations),
@@ -521,8 +521,8 @@ impl CampaignDesign {
         let ratings = self.report.ratings.iter().map(|of| {
             format!(
                 "{}: a mean rating has an expected 95 % interval of ±{:.2} on its scale of {} (±{:.0} % of it) with {participants} \
-                 (Student's t; assumed: the median participant rates at {:.0} % of the scale, standard deviation over participants {} of \
-                 the logit).",
+                 (Student's t; assumed: the median participant rates at {:.0} % of the scale, standard deviation of the logit over \
+                 participants {}).",
                 of.task,
                 of.half_width_share * of.range as f64,
                 counted(of.range as usize, "step"),

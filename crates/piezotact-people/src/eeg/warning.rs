@@ -334,8 +334,7 @@ pub enum MarkersFault {
     },
     /// Pulses that are so regular that they match with another shift as well.
     #[error(
-        "{matched} pulses match with a shift of {shift_s:+.3} s as well, since they are regular: the drift is right with both, the offset with one \
-            of them"
+        "{matched} regular pulses also match with a shift of {shift_s:+.3} s: the drift is correct with both shifts, the offset only with one"
     )]
     Periodic { matched: usize, shift_s: f64 },
 }

@@ -55,7 +55,7 @@ impl Which {
                     than.name()
                 ),
                 VerdictCriterion::AtBounds => {
-                    "a free parameter lies at the bound within which it was sought".to_owned()
+                    "a fitted parameter lies at the limit of its search range".to_owned()
                 }
                 VerdictCriterion::Misfits => "its fit is questionable".to_owned(),
             }

@@ -129,7 +129,7 @@ impl Texture {
             format!(" ({count} whole {}, {spread})", found.kind)
         });
         format!(
-            "Texture of {}: period {}{second} ({}° from x), {height} {}, {what} at half of it {}{dots}.",
+            "Texture of {}: period {}{second} ({}° from x), {height} {}, {what} at half {height} {}{dots}.",
             found.kind,
             length_text(found.period_m),
             signed(found.direction_deg, 1),

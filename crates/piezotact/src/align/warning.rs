@@ -82,7 +82,7 @@ pub enum AlignFault {
     BetweenNotSeen,
     /// Channels of other clocks were placed as if these ran evenly with that of the channel.
     #[error(
-        "{channels}: sampled by another clock, which is assumed to drift as the one that was compared"
+        "{channels}: sampled by another clock, assumed to drift like that of the compared channel"
     )]
     OtherClocks { channels: String },
     /// Many blocks do not lie on the line.

@@ -127,7 +127,7 @@ impl SpatialPeriod {
                 )
             }
             _ if self.is_confounded_by(PeriodCriterion::Moves) => format!(
-                "spatial period not decided: its lines cannot be told from lines that stay at their frequencies; record at speeds that \
+                "spatial period not decided: its lines cannot be distinguished from lines at fixed frequencies; record at speeds that \
                  differ more; the candidate is {number}"
             ),
             Outcome::NotDecided if self.late_s.is_some() => format!(

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 pub enum LoopWarning {
     /// A closed loop got worse and was stopped.
     #[error(
-        "the closed loop ended early ({why}); the drive is that of iteration {best}: the device or the finger may have changed; characterise again"
+        "the closed loop ended early ({why}): the device or the finger may have changed; the drive is from iteration {best}; characterise again"
     )]
     LoopStopped { best: usize, why: LoopStop },
     /// A loop ended further from its target than the limit.
@@ -39,7 +39,7 @@ pub enum LoopStop {
     #[error("a measurement was invalid: {cause}")]
     NotBelieved { cause: Warning },
     /// The confirmation measurement of the drive that was kept failed.
-    #[error("the confirmation measurement of the drive that is kept failed: {cause}")]
+    #[error("the confirmation measurement of the kept drive failed: {cause}")]
     NotConfirmed { cause: Warning },
     /// A cause in words.
     #[error("{text}")]

@@ -313,7 +313,7 @@ impl AnalysedPanel<'_> {
                 range(&|dip| dip.after.at_hz),
             ],
             vec![
-                "depth below a straight line from 15–25 % below to 15–25 % above it, dB".into(),
+                "depth below a line fitted 15–25 % to both sides of it, dB".into(),
                 range(&|dip| dip.before.depth_db),
                 range(&|dip| dip.after.depth_db),
             ],

@@ -168,7 +168,7 @@ pub enum MissingChannel {
     SteadyForce { channel: String },
     /// Channels that are called as forces, in another unit.
     #[error(
-        "{} is called as a force and not used as one, because it is not in N",
+        "{}: named as a force, but not used as a force: the unit is not N",
         first_of(channels, ", ")
     )]
     ForceUnit { channels: Vec<String> },
@@ -184,7 +184,7 @@ impl MissingChannel {
                 "measure the force together with the acceleration"
             }
             Self::Loopback => "connect the output to an input",
-            Self::ForceUnit { .. } => "state how many N 1 of it stands for",
+            Self::ForceUnit { .. } => "state its scale, in N per unit",
         }
     }
 }

@@ -71,7 +71,7 @@ pub enum Unusual {
     LeftOut { count: usize, needed_s: f64 },
     /// The stroke that stands for a texture is short.
     #[error(
-        "the stroke that is rendered lasts only {duration_s:.2} s, so that its low frequencies are a few periods"
+        "the rendered stroke lasts only {duration_s:.2} s and contains few periods of its low frequencies"
     )]
     Short { texture: String, duration_s: f64 },
 }

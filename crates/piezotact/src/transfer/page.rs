@@ -308,11 +308,11 @@ fn limits_name(limits: Limits) -> &'static str {
 fn bias_text(bias: &Bias) -> String {
     match bias.largest_db {
         Some(db) => format!(
-            "H2 above H1 at the median line; at most {db:.1} dB, at {:.0} Hz",
+            "|H2|/|H1|, median over lines; at most {db:.1} dB, at {:.0} Hz",
             bias.largest_at_hz
         ),
         None => format!(
-            "H2 above H1 at the median line; without limit at {:.0} Hz",
+            "|H2|/|H1|, median over lines; infinite at {:.0} Hz",
             bias.largest_at_hz
         ),
     }

@@ -118,7 +118,7 @@ pub enum StoredFault {
     },
     /// Every line is real and positive: the phase is missing.
     #[error(
-        "all {lines} lines are real and positive: the phase is missing, so that waveforms are not reproduced, and a drive begins before its texture"
+        "all {lines} lines are real and positive: the phase is missing: rendered drives do not reproduce waveforms and begin before the texture"
     )]
     NoPhase { lines: usize },
     /// Limits that were stored do not follow from coherence and averages.
@@ -129,8 +129,8 @@ pub enum StoredFault {
     Limits { ratio: f64 },
     /// A stored transfer function does not follow from the spectra stored beside it.
     #[error(
-        "the stored transfer function and coherence are not those of the stored spectra: they differ by up to {difference:.1e} of the value (at \
-            {at_hz:.1} Hz) and by {coherence_difference:.1e}, as other methods were used, or the file was changed"
+        "the stored transfer function and coherence do not follow from the stored spectra: errors up to {difference:.1e} (relative, at {at_hz:.1} \
+            Hz) and {coherence_difference:.1e}; another method was used, or the file was changed"
     )]
     Spectra {
         difference: f64,

@@ -14,8 +14,8 @@ pub enum VerifyWarning {
     Cut { compared_s: f64, target_s: f64 },
     /// Noise before and after the texture that is too loud to be taken for that of the sensor.
     #[error(
-        "the noise before and after the texture is {level_db:.1} dB above the detection threshold: it may be the sensor's, or a vibration of \
-            amplifier and actuator, which a finger feels. It is not subtracted; record the sensor at rest with the amplifier switched off, and use \
+        "the noise before and after the texture is {level_db:.1} dB above the detection threshold: it may be sensor noise, or a vibration of \
+            amplifier and actuator that a finger feels. It is not subtracted; record the sensor at rest with the amplifier switched off, and use \
             the quieter of the two"
     )]
     NoiseCouldBeFelt { level_db: f64 },

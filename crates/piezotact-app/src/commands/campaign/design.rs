@@ -37,7 +37,7 @@ pub(super) struct Arguments {
     /// The task of --power, where several tasks have answers of the samples or groups.
     #[arg(long, value_name = "TASK", requires = "power")]
     task: Option<String>,
-    /// How participants differ: the standard deviation of the logits of --shares. Default: that of the protocol's aims.
+    /// How participants differ: the standard deviation of the logits of --shares. Default: from the protocol's aims.
     #[arg(
         long,
         value_name = "LOGITS",

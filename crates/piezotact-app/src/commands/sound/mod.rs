@@ -48,7 +48,7 @@ enum SoundCommand {
     Latency(latency::Arguments),
     /// Adds synchronisation bursts to a drive, by which what another system records is aligned whatever the drive is.
     #[command(
-        after_help = "The burst before the drive sweeps the band upwards, that after it downwards; where they are stands in the sidecar, where `piezotact sound align`\nfinds it. Keep the sidecar beside the file.\n\nExample:\n  piezotact sound burst drive.wav --out with.wav\n  piezotact sound burst drive.wav --band 80..500 --duration 1 --peak 0.1 --out with.wav"
+        after_help = "The burst before the drive sweeps the band upwards, the burst after it downwards. The sidecar states their times for\n`piezotact sound align`. Keep it beside the file.\n\nExample:\n  piezotact sound burst drive.wav --out with.wav\n  piezotact sound burst drive.wav --band 80..500 --duration 1 --peak 0.1 --out with.wav"
     )]
     Burst(burst::Arguments),
     /// Places what another system recorded on the clock of the drive that was played: offset, drift, and their uncertainty.

@@ -34,8 +34,8 @@ pub enum ImpactWarning {
     },
     /// The baseline of the force or of the response drifts, and was subtracted.
     #[error(
-        "the baseline of the {signal} drifts by up to {} of its largest value; it was subtracted, and the lowest lines are uncertain: check the \
-            channels and the sensor",
+        "the baseline drifts by up to {} of the {signal}'s peak and was subtracted; the lowest frequency lines are uncertain: check the channels \
+            and the sensor",
         percent(*share)
     )]
     BaselineDrifts { signal: String, share: f64 },

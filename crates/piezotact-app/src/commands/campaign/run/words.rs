@@ -35,7 +35,7 @@ an answer        in words as listed, in capital or small letters; letters can st
 /stop WHY        stops the session before its end
 /withdraw        the participant withdraws consent
 /status          how far the session is
-/leave           leaves the terminal; the same command goes on later";
+/leave           leaves the terminal; the same command resumes later";
 
 /// What `line` asks for at the step where `state` stands.
 ///

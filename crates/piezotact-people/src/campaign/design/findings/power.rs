@@ -314,11 +314,11 @@ impl PowerStudy {
             Difference::Samples(_) => (format!("right {a}, taken for the other {b}"), ""),
             Difference::Tasks(_) | Difference::Again(_) => (
                 format!(
-                    "as expected {a} and {b}, the logits of one person correlated by {CORRELATION}"
+                    "expected answers {a} and {b}, the logits of one person correlated by {CORRELATION}"
                 ),
                 "",
             ),
-            Difference::People(_) => (format!("as expected {a} and {b}"), " in each group"),
+            Difference::People(_) => (format!("expected answers {a} and {b}"), " in each group"),
         };
         let [n, m] = self.presentations.map(|n| format!("{n:.1}"));
         let sets = self.sets.map_or_else(String::new, |[both, all]| {
@@ -332,8 +332,8 @@ impl PowerStudy {
             _ => String::new(),
         };
         let asked = format!(
-            "Asked: to find that {one} and {two} differ, by a permutation of participants at 5 %. Assumed: {shares}, of the median \
-             participant; standard deviation over participants {} of the logit. On average {n} and {m} presentations to each \
+            "Asked: to find that {one} and {two} differ, by a permutation of participants at 5 %. Assumed for the median \
+             participant: {shares}; standard deviation of the logit over participants {}. On average {n} and {m} presentations to each \
              participant{sets}{one_only}.",
             self.logit_sd
         );
