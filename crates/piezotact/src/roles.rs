@@ -522,7 +522,7 @@ mod tests {
             );
             assert_eq!(warnings, []);
             let said = roles.force_in_other_unit(&recording).unwrap().to_string();
-            let named = format!("`fz` ({unit}) is called as a force and not used as one");
+            let named = format!("`fz` ({unit}): named as a force, but not used as a force");
             assert!(said.starts_with(&named), "{said}");
             assert_eq!(roles.without_part(&recording), ["fz"]);
         }
