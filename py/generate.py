@@ -42,12 +42,19 @@ class Function:
     notes: str = ""
     #: What it does, where that is not what the command does.
     about: str = ""
+    #: The figure of the report that it is about, from 1 on.
+    figure: int = 1
 
 
 FUNCTIONS = [
     Function("info", "info", {"Info": "info"}, data=("file",)),
     Function("spectrum", "spectrum", {"Spectrum": "spectrum"}, data=("file",), without=("rest", "band"),
              about="Estimates the power spectral density (PSD) of one channel, averaged or over time."),
+    Function("spectrogram", "spectrum", {"Spectrogram": "spectrum"}, data=("file",), fixed=("over_time",), figure=2,
+             without=("rest", "band", "median", "over_time"),
+             about="Estimates the power spectral density (PSD) of one channel over time.",
+             notes="`over_time` has `times_s`, `frequencies_hz` and `psd`, a row for each frequency, in `unit`. There are at most 600 times and 300 "
+                   "frequencies: neighbouring segments and lines of longer signals are averaged. The other attributes are those of `spectrum`."),
     Function("noise", "spectrum", {"Noise": "noise"}, data=("file",), fixed=("rest",),
              without=("rest", "segment", "overlap", "window", "median", "over_time", "max_frequency"),
              about="Measures the noise of a sensor at rest: noise floor, mains hum, drift, and whether it was at rest."),
@@ -74,6 +81,7 @@ FUNCTIONS = [
     Function("answers", "answers", {"Answers": "association"},
              notes="The columns `participant`, `task`, `trial`, `presented` and `answered` are needed; `set` and `offered` may be there. "
                    "A DataFrame is written to a file first: ``table.to_csv('answers.csv', index=False)``."),
+    Function("campaign_design", "campaign design", {"CampaignDesign": "campaign_design"}),
     Function("twin_record", "twin record", {"TwinRecording": "twin_record"}, outputs={"out": "recording.parquet"}),
 ]
 
@@ -87,13 +95,13 @@ ARRAY_RATE = "The sampling rate of an array, in Hz. Of a file: "
 
 #: The modules, with their functions.
 MODULES = {
-    "_look": ("Look at signals and surfaces.", ["info", "spectrum", "noise", "roughness"]),
+    "_look": ("Look at signals and surfaces.", ["info", "spectrum", "spectrogram", "noise", "roughness"]),
     "_touch": ("Strokes of a finger over a surface.", ["strokes", "cut", "compare"]),
     "_device": ("Know a device.", ["transfer", "characterise"]),
     "_panel": ("Transfer functions of several people.", ["panel_run", "panel_add", "panel_analyse", "panel_average"]),
     "_render": ("Drives that make a finger feel a texture.", ["manipulate", "render", "prepare"]),
     "_verify": ("How close a rendering comes.", ["play", "verify", "score"]),
-    "_people": ("What people answered.", ["answers"]),
+    "_people": ("What a campaign can show, and what people answered.", ["campaign_design", "answers"]),
     "_eeg": ("EEG during touch.", ["eeg_erd", "eeg_stats"]),
     "_twin": ("Recordings of the digital twin.", ["twin_record"]),
 }
@@ -136,7 +144,7 @@ def modules(commands: dict[str, Any]) -> dict[str, str]:
 
 def module(about: str, functions: list[Function], commands: dict[str, Any]) -> str:
     """The text of a module."""
-    classes = {name: result_class(name, schema, one.name) for one in functions for name, schema in one.results.items()}
+    classes = {name: result_class(name, schema, one) for one in functions for name, schema in one.results.items()}
     body = "\n\n\n".join([*classes.values(), *(function_text(one, commands[one.command]) for one in functions)])
 
     def used(names: str) -> str:
@@ -156,21 +164,22 @@ def module(about: str, functions: list[Function], commands: dict[str, Any]) -> s
 # Results -------------------------------------------------------------------------------------------------------------
 
 
-def result_class(name: str, schema_name: str, function: str) -> str:
+def result_class(name: str, schema_name: str, function: Function) -> str:
     """A class whose attributes are the fields of a document."""
     schema = json.loads((SCHEMAS / f"{schema_name}.json").read_text(encoding="utf-8"))
-    about = one_line(schema.get("description", "")) or f"Result of `{function}`."
-    taken = set(schema.get("properties", {})) & set(TAKEN)
-    assert not taken, f"{schema_name}: a result has {taken} of its own"
+    about = one_line(schema.get("description", "")) or f"Result of `{function.name}`."
     lines = [f"class {name}(Result):", *docstring([about, "", *shown_fields(schema)], 4), "", f'    SCHEMA: ClassVar[str] = "{schema_name}"']
+    if function.figure > 1:
+        lines.append(f"    FIGURE: ClassVar[int] = {function.figure}")
     fields = schema.get("properties", {})
     for key in attributes(schema):
         text = one_line(fields[key].get("description", ""))
         kind = python_type(fields[key], schema)
-        optional = "" if key in schema.get("required", []) or kind == "Any" or "None" in kind else " | None"
+        kind = without_none(kind) if key in function.fixed else kind
+        optional = "" if key in [*schema.get("required", []), *function.fixed] or kind == "Any" or "None" in kind else " | None"
         for line in textwrap.wrap(text, WIDTH - 7):
             lines.append(f"    #: {line}")
-        lines.append(f"    {key}: {kind}{optional}")
+        lines.append(f"    {attribute(key)}: {kind}{optional}")
     return "\n".join(lines)
 
 
@@ -179,9 +188,14 @@ def attributes(schema: dict[str, Any]) -> list[str]:
     return [key for key in sorted(schema.get("properties", {})) if key not in {"warnings", "schema", "invocation", "out"} and not keyword.iskeyword(key)]
 
 
+def attribute(key: str) -> str:
+    """The attribute that a field is; a result has some names of its own."""
+    return f"{key}_" if key in TAKEN else key
+
+
 def shown_fields(schema: dict[str, Any]) -> list[str]:
     """The names of the attributes; of a document that has several forms they are not known before."""
-    names = attributes(schema)
+    names = [attribute(key) for key in attributes(schema)]
     listed = ", ".join(f"`{name}`" for name in names) if names != ["version"] else "``dir(found)`` lists them"
     return [f"Attributes: {listed}.", "``found.to_dict()`` is the document."]
 

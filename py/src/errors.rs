@@ -6,7 +6,8 @@ use piezotact_app::library::{CallError, ErrorKind};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
-/// The exception of `error`, with its sentence.
+/// The exception of `error`, with its sentence, and the value that is refused where the parser of the command line refuses one: its
+/// argument, itself, and why.
 pub(crate) fn raised(py: Python<'_>, error: &CallError) -> PyErr {
     let name = match error.kind {
         ErrorKind::Usage => "UsageError",
@@ -15,7 +16,13 @@ pub(crate) fn raised(py: Python<'_>, error: &CallError) -> PyErr {
     let exception = py
         .import("piezotact._errors")
         .and_then(|module| module.getattr(name))
-        .and_then(|class| class.call1((error.sentence.as_str(),)));
+        .and_then(|class| class.call1((error.sentence.as_str(),)))
+        .and_then(|exception| {
+            let refused = error.refused.as_ref();
+            let refused = refused.map(|one| (&one.argument, &one.value, &one.why));
+            exception.setattr("_refused", refused)?;
+            Ok(exception)
+        });
     exception.map_or_else(|failed| failed, PyErr::from_value)
 }
 

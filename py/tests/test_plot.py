@@ -56,19 +56,22 @@ def test_a_chart_is_drawn_into_axes_that_are_there(data: Path) -> None:
         matrix.plot(1, ax=ax)
 
 
-def test_a_spectrogram_is_its_powers(data: Path, tmp_path: Path) -> None:
+def test_a_spectrogram_is_its_powers(data: Path) -> None:
     texture = pz.read(data / "texture.wav")
     x, rate = texture["acceleration"][:4000], texture.rate_hz
-    found = pz.spectrum(x, rate=rate, unit="m/s2", over_time=True, report=tmp_path / "over.html", segment=512)
-    ax = found.plot(2)
+    found = pz.spectrogram(x, rate=rate, unit="m/s2", segment=512)
+    ax = found.plot()
     (mesh,) = ax.collections
     hz, time_s, psd = signal.spectrogram(x, rate, "hann", nperseg=512, noverlap=448, detrend="constant")
     shown = np.asarray(mesh.get_array())
-    assert shown.shape[1] == len(time_s)
+    assert shown.shape == found.over_time.psd.shape and shown.shape[1] == len(time_s)
     # Sums in another order, in dB.
     assert np.allclose(shown, decibels(psd[: len(shown)]), rtol=0, atol=1e-6)
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("time, s", "frequency, Hz")
     assert f"PSD, dB re 1 {found.unit}" in [other.get_ylabel() for other in ax.figure.axes]
+    assert found.plot(1).get_xlabel() == "frequency, Hz"
+    # Of silence there is no spectrum in decibels, and the figure over time stands alone.
+    assert pz.spectrogram(np.zeros(4000), rate=rate, unit="m/s2").plot().get_xlabel() == "time, s"
 
 
 def test_a_transfer_function_is_its_lines(data: Path) -> None:

@@ -21,7 +21,7 @@ ODD: list[Any] = [
     np.array(3), np.array([]), np.zeros((2, 2)), Path("missing"), range(3), "hann", "sample", "acceleration", "fz=N",
 ]
 DTYPES = ["f8", "f4", ">f8", "f2", "i1", "u2", ">i4", "i8", "u8", "bool", "c16", "O", "U3", "M8[s]"]
-NAMES = ["spectrum", "noise", "strokes", "cut", "compare", "score", "transfer", "verify", "render", "roughness", "answers", "recording", "read"]
+NAMES = ["spectrum", "spectrogram", "noise", "strokes", "cut", "compare", "score", "transfer", "verify", "render", "roughness", "answers", "recording", "read"]
 
 
 def array(dice: random.Random) -> Any:

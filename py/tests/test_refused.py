@@ -35,6 +35,8 @@ def refused(call: Any, *values: Any, **named: Any) -> str:
         ({"overlap": "half"}, "overlap: expected a number, found 'half'"),
         ({"over_time": 1}, "over_time: expected True or False, found 1"),
         ({"columns": "3"}, "columns: expected one of 1, 2, found 3"),
+        ({"segment": ""}, "segment: expected a whole number from 0 on, found ''"),
+        ({"columns": ""}, "columns: expected one of 1, 2, found ''"),
         ({"date": "yesterday"}, None),
     ],
 )
@@ -50,6 +52,8 @@ def test_what_the_command_expects_is_said_of_the_argument(data: Path) -> None:
     assert said == "gain: expected a gain in dB, found 'loud'; write for example -3dB"
     said = refused(pz.strokes, data / "S8.parquet", touch="soft")
     assert said == "touch: expected one of active, passive, found 'soft'"
+    said = refused(pz.characterise, bench="twin:participant=4,seed=7", seconds=0.5)
+    assert said == "expected a duration from 1 to 600 s, found 0.5 s; 60 s is usual (--seconds)"
     assert refused(pz.spectrum, "a.wav", scale="loud").startswith("scale: expected a value above zero with a unit")
 
 

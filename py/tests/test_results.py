@@ -90,6 +90,14 @@ def test_results_without_a_report_print_their_facts(data: Path) -> None:
     assert "coherence  " in str(pz.info(data / "tf.json"))
 
 
+def test_a_field_of_the_name_of_a_method_is_there_too(tmp_path: Path) -> None:
+    found = pz.campaign_design("isotropic_triplets")
+    assert found.report_.to_dict() == found.to_dict()["report"]
+    assert found.report(tmp_path / "design.html").exists()
+    with pytest.raises(AttributeError, match="has no 'captions'"):
+        _ = found.captions_
+
+
 @pytest.mark.parametrize("kind", [pz.Spectrum, pz.Strokes, pz.Score])
 def test_classes_name_their_attributes(kind: Any) -> None:
     names = [name for name in kind.__annotations__ if name != "SCHEMA"]

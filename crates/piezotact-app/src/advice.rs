@@ -10,6 +10,7 @@ use piezotact::score::ScoreError;
 use piezotact::stroke::SegmentError;
 use piezotact::transfer::TransferError;
 use piezotact::warning::Merged;
+use piezotact_bench::{DeviceError, ProcedureError};
 #[cfg(feature = "haptic")]
 use piezotact_haptic::HapticError;
 
@@ -112,6 +113,13 @@ pub(crate) fn options_for(error: &(dyn Error + 'static)) -> Option<&'static str>
             return Some("--excitation");
         }
         _ => {}
+    }
+    let device = error.downcast_ref().or_else(|| match error.downcast_ref() {
+        Some(ProcedureError::Device(device)) => Some(device),
+        _ => None,
+    });
+    if let Some(DeviceError::Duration { .. }) = device {
+        return Some("--seconds");
     }
     if let Some(SegmentError::NothingToCutBy) = error.downcast_ref() {
         return Some("--normal-force, --motion, --vibration");

@@ -290,8 +290,8 @@ pub(crate) struct Spectrum {
     /// Averages the segments by their median instead of their mean: robust against isolated disturbances.
     #[arg(long)]
     pub(crate) median: bool,
-    /// Adds a figure of the PSD over time (spectrogram) to the report.
-    #[arg(long, requires = "report")]
+    /// Adds the PSD over time (spectrogram): a figure to the report, and at most 600 times × 300 frequencies to the JSON.
+    #[arg(long)]
     pub(crate) over_time: bool,
     /// The highest frequency of --over-time, in Hz; default: half the sampling rate, but at most 1000.
     #[arg(

@@ -174,7 +174,9 @@ impl Failures {
 /// What a bench refuses because of what it was asked is a matter of the command line.
 pub(crate) fn bench_failure(error: impl Into<ProcedureError>) -> Failure {
     match error.into() {
-        error @ ProcedureError::Device(DeviceError::Impossible { .. }) => usage(error),
+        error @ ProcedureError::Device(
+            DeviceError::Impossible { .. } | DeviceError::Duration { .. },
+        ) => usage(error),
         other => other.into(),
     }
 }

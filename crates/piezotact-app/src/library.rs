@@ -4,10 +4,12 @@
 mod described;
 
 use std::collections::BTreeMap;
+use std::error::Error as _;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use clap::error::{ContextKind, ContextValue};
 use piezotact::Warning;
 use piezotact::figure::Figure;
 use piezotact::integrity::warnings_of;
@@ -73,6 +75,18 @@ pub struct CallError {
     pub kind: ErrorKind,
     /// What was expected, what was found and what to do: the sentence that the command says.
     pub sentence: String,
+    /// The value that it refuses, where the parser of the command line does.
+    pub refused: Option<RefusedValue>,
+}
+
+/// A value that the parser of the command line refuses.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RefusedValue {
+    /// The option without its dashes, or of an argument without one what its value is called: [`Argument::option`] and [`Argument::value`].
+    pub argument: String,
+    pub value: String,
+    /// What its type says of it; absent where it is none of a few choices.
+    pub why: Option<String>,
 }
 
 /// What is at fault.
@@ -250,14 +264,44 @@ fn ended(outcome: Outcome) -> Result<Ended, CallError> {
 }
 
 fn error(failure: Failure) -> CallError {
+    let mut refused = None;
     let (kind, sentence) = match failure {
         Failure::Usage(error) => (ErrorKind::Usage, sentence(&error)),
-        Failure::Words(error) => (ErrorKind::Usage, error.render().to_string()),
+        Failure::Words(error) => {
+            refused = refused_by(&error);
+            (ErrorKind::Usage, first_sentence(&error))
+        }
         Failure::Data(error) => (ErrorKind::Data, sentence(&error)),
         // Verdicts are results.
         Failure::NotPassed | Failure::PassedInPart | Failure::NotDecided | Failure::ReaderGone => {
             (ErrorKind::Data, String::new())
         }
     };
-    CallError { kind, sentence }
+    CallError {
+        kind,
+        sentence,
+        refused,
+    }
+}
+
+/// What the parser says of the words, without how they are written.
+fn first_sentence(error: &clap::Error) -> String {
+    let text = error.render().to_string();
+    let first = text.split("\n\n").next().unwrap_or_default();
+    let words = first.trim_start_matches("error: ").split_whitespace();
+    words.collect::<Vec<_>>().join(" ")
+}
+
+fn refused_by(error: &clap::Error) -> Option<RefusedValue> {
+    let text = |kind| match error.get(kind) {
+        Some(ContextValue::String(text)) => Some(text.as_str()),
+        _ => None,
+    };
+    // `--segment <SAMPLES>`, `<FILE>` or `[FILES]...`.
+    let argument = text(ContextKind::InvalidArg)?.trim_start_matches(['-', '<', '[']);
+    Some(RefusedValue {
+        argument: argument.split([' ', '=', '>', ']', '[']).next()?.to_owned(),
+        value: text(ContextKind::InvalidValue)?.to_owned(),
+        why: error.source().map(ToString::to_string),
+    })
 }

@@ -173,7 +173,7 @@ fn the_chain_of_commands_keeps_its_promises() {
     folder.run(&["info", "texture.wav"]).expect_success();
 }
 
-/// However long the recording and however fine its lines, the figure over time says what it shows and stays small.
+/// However long the recording and however fine its lines, the figure over time says what it shows and stays small, and so does the document.
 #[test]
 fn a_figure_over_time_stays_small() {
     let folder = Folder::new();
@@ -183,11 +183,25 @@ fn a_figure_over_time_stays_small() {
         &["--segment", "16384", "--max-frequency", "2500"],
         &["--segment", "64", "--overlap", "0"],
     ] {
-        let command = "spectrum texture.wav --over-time --report time.html --figures time";
+        let command = "spectrum texture.wav --over-time --report time.html --figures time --json";
         let command: Vec<&str> = command.split(' ').collect();
-        folder
+        let document = folder
             .run(&[&command[..], &["--scale", "2 m/s2"], settings].concat())
-            .expect_success();
+            .json();
+        let over_time = &document["over_time"];
+        let count = |list: &serde_json::Value| list.as_array().map_or(0, Vec::len);
+        let (times, frequencies) = (
+            count(&over_time["times_s"]),
+            count(&over_time["frequencies_hz"]),
+        );
+        assert!((100..=600).contains(&times), "{settings:?}: {times}");
+        assert!(
+            (13..=300).contains(&frequencies),
+            "{settings:?}: {frequencies}"
+        );
+        let rows = over_time["psd"].as_array().unwrap();
+        assert_eq!(rows.len(), frequencies, "{settings:?}");
+        assert!(rows.iter().all(|row| count(row) == times), "{settings:?}");
         let figure = std::fs::read_to_string(folder.path("time/02-over-time.svg")).unwrap();
         assert!(figure.len() < 500_000, "{settings:?}: {}", figure.len());
         for part in [

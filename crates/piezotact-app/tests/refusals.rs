@@ -473,7 +473,10 @@ fn an_option_that_needs_another_says_so() {
     let folder = Folder::new();
     for (given, says) in [
         ("spectrum a.csv --band 10..20", "--band needs --rest"),
-        ("spectrum a.csv --over-time", "--over-time needs --report"),
+        (
+            "spectrum a.csv --over-time",
+            "--over-time needs --report or --json",
+        ),
         (
             "render a.wav --transfer t.json --out d.wav --discard-raw",
             "--discard-raw needs --bench",

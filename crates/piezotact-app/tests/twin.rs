@@ -318,7 +318,7 @@ fn what_cannot_be_is_refused_with_what_can() {
         (
             "shaker --seconds 9999 --out a.parquet",
             2,
-            "a duration in s from 1 to 600",
+            "a duration from 1 to 600 s, found 9999 s; 60 s is usual (--seconds)",
         ),
         (
             "acttouch --sample M8 --twin zero.toml --out a.parquet",

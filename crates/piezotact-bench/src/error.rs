@@ -25,6 +25,9 @@ pub enum DeviceError {
         found: String,
         todo: String,
     },
+    /// A drive that is too short or too long to measure with.
+    #[error("expected a duration from 1 to 600 s, found {found}; 60 s is usual")]
+    Duration { found: Seconds },
     /// A device cannot be used, for a reason that its driver states: expected, found, what to do.
     #[error("{0}")]
     Unusable(String),

@@ -147,11 +147,8 @@ fn whole(seconds: f64, rate: SampleRate) -> Result<usize, ProcedureError> {
 impl ExcitationConfig {
     fn possible(&self, rate: SampleRate) -> Result<(), ProcedureError> {
         if !(1.0..=600.0).contains(&self.duration.0) {
-            return Err(impossible(
-                "a duration from 1 to 600 s",
-                self.duration.to_string(),
-                "60 s is usual",
-            ));
+            let found = self.duration;
+            return Err(DeviceError::Duration { found }.into());
         }
         if !(1e-3..=1.0).contains(&self.peak) {
             return Err(impossible(

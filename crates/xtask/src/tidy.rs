@@ -200,7 +200,8 @@ fn findings() -> Result<BTreeSet<String>> {
     layers::check(&root, &mut findings)?;
     options::check(&root, &mut findings)?;
     commands::check(&root, &mut findings)?;
-    licences(&root, &metadata, &mut findings)?;
+    licences(&root, &metadata, "piezotact-app", &mut findings)?;
+    licences(&root, &wheel(&root)?, "piezotact-python", &mut findings)?;
     files(&root, &mut findings)?;
     real_time(&root, &mut findings)?;
     reads::check(&root, &mut findings)?;
@@ -476,8 +477,20 @@ fn quote_text(tokens: &impl Spanned) -> String {
         .replace(' ', "")
 }
 
-/// Every crate that the product links has a licence that `deny.toml` allows.
-fn licences(root: &Path, metadata: &Metadata, findings: &mut Findings) -> Result<()> {
+/// The workspace of the wheel, with the crates of its own lock file.
+fn wheel(root: &Path) -> Result<Metadata> {
+    let mut command = MetadataCommand::new();
+    command.current_dir(root.join("py"));
+    Ok(command.other_options(["--locked".to_owned()]).exec()?)
+}
+
+/// Every crate that `product` links has a licence that `deny.toml` allows.
+fn licences(
+    root: &Path,
+    metadata: &Metadata,
+    product: &str,
+    findings: &mut Findings,
+) -> Result<()> {
     let deny: toml::Table = std::fs::read_to_string(root.join("deny.toml"))?.parse()?;
     let allowed: Vec<spdx::Licensee> = deny
         .get("licenses")
@@ -488,7 +501,7 @@ fn licences(root: &Path, metadata: &Metadata, findings: &mut Findings) -> Result
         .filter_map(toml::Value::as_str)
         .map(|licence| spdx::Licensee::parse(licence).with_context(|| licence.to_owned()))
         .collect::<Result<_>>()?;
-    for package in linked(metadata)? {
+    for package in linked(metadata, product)? {
         let stated = package.license.as_deref().unwrap_or("none");
         let expression = spdx::Expression::parse_mode(stated, spdx::ParseMode::LAX);
         let fits = expression.is_ok_and(|expression| {
@@ -504,18 +517,22 @@ fn licences(root: &Path, metadata: &Metadata, findings: &mut Findings) -> Result
     Ok(())
 }
 
-/// The crates that are linked into the `piezotact` command.
-fn linked(metadata: &Metadata) -> Result<Vec<&Package>> {
+/// The crates that are linked into `product`, a crate of the workspace.
+fn linked<'m>(metadata: &'m Metadata, product: &str) -> Result<Vec<&'m Package>> {
     let graph = metadata
         .resolve
         .as_ref()
         .context("cargo metadata gave no graph")?;
     let nodes: BTreeMap<_, _> = graph.nodes.iter().map(|node| (&node.id, node)).collect();
-    let app = metadata
+    let of_product = metadata
         .workspace_packages()
         .into_iter()
-        .find(|package| package.name.as_str() == "piezotact-app");
-    let mut open = vec![&app.context("there is no piezotact-app")?.id];
+        .find(|package| package.name.as_str() == product);
+    let mut open = vec![
+        &of_product
+            .with_context(|| format!("there is no {product}"))?
+            .id,
+    ];
     let mut seen = BTreeSet::new();
     while let Some(id) = open.pop() {
         if !seen.insert(id) {

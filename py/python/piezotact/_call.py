@@ -81,7 +81,7 @@ def done(kinds: type[R] | tuple[type[R], ...], command: str, given: Mapping[str,
     try:
         called = _piezotact.call(line.words(), list(line.data.items()))
     except Error as refused:
-        said = line.sentence(str(refused))
+        said = line.sentence(refused)
         raise type(refused)(said.replace(folder + os.sep, "") if folder else said) from None
     return _kind(kinds, called)(called, files, kept)
 
@@ -226,9 +226,9 @@ class _Line:
                 where = "with the array, as unit=" if self._has_arrays else "where the recording is made"
                 raise UsageError(f"{name}: expected a file that it is of, found none; state the unit {where}")
 
-    def sentence(self, said: str) -> str:
+    def sentence(self, error: Error) -> str:
         """What the command says, of the arguments of Python."""
-        said = of_argument(said, self._arguments)
+        said = of_argument(error, self._arguments)
         of = next((data for name, data in self.data.items() if said.startswith(f"{name}: ")), None)
         unit = re.search(r"expected .* in (\S+), found", said)
         if of is None or unit is None:

@@ -21,6 +21,8 @@ class Error(Exception):
     """
 
     kind: str = "error"
+    #: The value that the parser of the command line refuses: its argument, the value, and what its type says of it.
+    _refused: tuple[str, str, str | None] | None = None
 
 
 class UsageError(Error, ValueError):
@@ -52,28 +54,24 @@ class Warning(UserWarning):  # noqa: A001, the name that numpy and others use in
         return type(self), (str(self), self.code)
 
 
-#: How the parser of the command line refuses a value: what it found, the option or the place, and why.
-REFUSED = re.compile(r"error: invalid value '(?P<found>.*?)' for '(?:--(?P<option>[a-z0-9-]+)|[<\[](?P<place>\w+)).*?'(?:: (?P<why>[^\n]*))?", re.DOTALL)
 KINDS = {"integer": "a whole number from 0 on", "number": "a number"}
 
 
-def of_argument(sentence: str, arguments: Sequence[Mapping[str, Any]]) -> str:
-    """What the parser of the command line says, as a sentence about the argument; another `sentence` as it is.
+def of_argument(error: Error, arguments: Sequence[Mapping[str, Any]]) -> str:
+    """The sentence of `error`; of a value that the parser of the command line refuses, a sentence about the argument.
 
     `arguments` are those of the command, as the program describes them.
     """
-    if not sentence.startswith("error: "):
-        return sentence
-    refused = REFUSED.match(sentence)
-    named = [one for one in arguments if refused and refused["option"] == one["option"] and refused["place"] in {None, one["value"]}]
-    if refused is None or not named:
-        return " ".join(sentence.removeprefix("error: ").partition("\n\n")[0].split())
-    found = refused["found"] if re.fullmatch(r"[-+.\dEe]+", refused["found"]) else repr(refused["found"])
-    why, advice = refused["why"] or "", ""
+    argument, value, why = error._refused or ("", "", None)
+    named = [one for one in arguments if argument == (one["option"] or one["value"])]
+    if not named:
+        return str(error)
+    found = value if re.fullmatch(r"[-+.\dEe]+", value) else repr(value)
+    advice = ""
     if named[0]["choices"]:
         why = f"expected one of {', '.join(named[0]['choices'])}"
-    elif not why.startswith("expected"):
-        why = f"expected {KINDS[named[0]['kind']]}" if named[0]["kind"] in KINDS else f"expected another value ({why})"
+    elif why is None or not why.startswith("expected"):
+        why = f"expected {KINDS[named[0]['kind']]}" if named[0]["kind"] in KINDS else f"expected another value ({why or 'it is empty'})"
     else:
         why, _, advice = why.partition("; ")
     why = why if ", found" in why else f"{why}, found {found}"

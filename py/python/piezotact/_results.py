@@ -34,6 +34,7 @@ class Record:
     """A part of a document: its fields are attributes.
 
     Rows of numbers are arrays that cannot be written, in which an absent number is NaN; rows of one length are an array of two dimensions.
+    A field whose name a result has itself has an underscore behind it: `report_`.
     """
 
     def __init__(self, fields: dict[str, Any]) -> None:
@@ -43,6 +44,8 @@ class Record:
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__") or name in {"_fields", "_shown"}:
             raise AttributeError(name)
+        if name.endswith("_") and hasattr(type(self), name[:-1]):
+            name = name[:-1]
         if name not in self._fields:
             raise AttributeError(f"{type(self).__name__} has no {name!r}: it has {', '.join(self._fields)}")
         if name not in self._shown:
@@ -136,6 +139,8 @@ class Result(Record):
     """
 
     SCHEMA: ClassVar[str] = ""
+    #: The figure that it is about.
+    FIGURE: ClassVar[int] = 1
 
     def __init__(self, called: Called, files: dict[str, str], folder: Folder | None = None) -> None:
         super().__init__(json.loads(called.document or "{}"))
@@ -214,13 +219,13 @@ class Result(Record):
         """What each figure of the report shows: the captions, in order."""
         return [figure["caption"] for figure in self._figures()]
 
-    def plot(self, number: int = 1, *, ax: Any = None) -> Any:
+    def plot(self, number: int | None = None, *, ax: Any = None) -> Any:
         """Draws a figure of the report with matplotlib, with its labels, units and numbers.
 
         Parameters
         ----------
-        number : int
-            Which one, from 1 on; `captions` says what each of them shows.
+        number : int, optional
+            Which one, from 1 on; `captions` says what each of them shows. Default: the first, of a spectrogram that over time.
         ax : matplotlib.axes.Axes, optional
             Where a figure that is one chart is drawn; default: a figure of its own.
 
@@ -232,6 +237,9 @@ class Result(Record):
         figures = self._figures()
         if not figures:
             raise UsageError(f"{type(self).__name__} has no figure; to_dict() has all of it")
+        if number is None:
+            # One that nothing can be drawn of is left out.
+            number = min(self.FIGURE, len(figures))
         if isinstance(number, bool) or not isinstance(number, int) or not 1 <= number <= len(figures):
             raise UsageError(f"number: expected a number from 1 to {len(figures)}, found {number!r}")
         return draw(figures[number - 1], ax)

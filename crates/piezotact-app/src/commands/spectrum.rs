@@ -3,13 +3,11 @@
 mod rest;
 
 use anyhow::anyhow;
-use piezotact::figure::Spectrograms;
 use piezotact::quantity::{Hertz, SampleRate, Uncalibrated, Unit};
-use piezotact::recording::{Channel, RecordingError};
-use piezotact::series::Series;
+use piezotact::recording::RecordingError;
 use piezotact::spectrum::{
-    Averaging, Cells, EstimateError, Spectrogram, SpectrogramConfig, SpectrogramInBlocks,
-    SpectrumDocument, WelchConfig, WelchInBlocks, spectrogram, welch,
+    Averaging, Cells, EstimateError, SpectrogramConfig, SpectrogramInBlocks, SpectrumDocument,
+    WelchConfig, WelchInBlocks, spectrogram, welch,
 };
 
 use crate::cli::Spectrum;
@@ -18,11 +16,15 @@ use crate::failure::{Failure, Outcome, usage};
 use crate::large::{LARGE_BYTES, Large};
 use crate::places::outputs;
 use crate::reading::read;
-use crate::report::name;
 
 pub(crate) fn run(args: &Spectrum) -> Outcome {
     if args.rest {
         return rest::run(args);
+    }
+    if args.over_time && args.outputs.report.is_none() && !args.outputs.json {
+        return Err(usage(anyhow!(
+            "--over-time needs --report or --json: give one of them, or leave --over-time out"
+        )));
     }
     outputs(&[&args.file], &args.outputs.files())?;
     // The median needs all segments at once.
@@ -38,7 +40,8 @@ pub(crate) fn run(args: &Spectrum) -> Outcome {
     let psd = welch(&series, &config(args)).map_err(|error| refused(args, error))?;
     let mut document = SpectrumDocument::of(&psd, (recording, channel), &args.file);
     if args.over_time {
-        document.over_time = Some(over_time(args, channel, &series)?);
+        let over_time = spectrogram(&series, &config_over_time(args, series.rate()));
+        document.over_time = Some(over_time.map_err(|error| refused(args, error))?);
     }
     deliver(&args.outputs, &document)
 }
@@ -66,7 +69,7 @@ fn of_large(args: &Spectrum, large: &Large) -> Outcome {
     })?;
     let psd = sums.spectrum::<Uncalibrated>().map_err(refused)?;
     let mut document = SpectrumDocument::of(&psd, (&contents.recording, channel), &args.file);
-    document.over_time = cells.map(|cells| figure(args, channel, &cells.spectrogram()));
+    document.over_time = cells.map(SpectrogramInBlocks::spectrogram);
     deliver(&args.outputs, &document)
 }
 
@@ -97,18 +100,8 @@ fn refused(args: &Spectrum, error: EstimateError) -> Failure {
     }
 }
 
-/// The highest frequency of a figure over time unless another is stated: what fingers feel.
+/// The highest frequency over time unless another is stated: what fingers feel.
 const HIGHEST: Hertz = Hertz(1000.0);
-
-fn over_time(
-    args: &Spectrum,
-    channel: &Channel,
-    series: &Series<Uncalibrated>,
-) -> Outcome<Spectrograms> {
-    let config = config_over_time(args, series.rate());
-    let result = spectrogram(series, &config).map_err(|error| refused(args, error))?;
-    Ok(figure(args, channel, &result))
-}
 
 fn config_over_time(args: &Spectrum, rate: SampleRate) -> SpectrogramConfig {
     let usual = SpectrogramConfig::usual(rate);
@@ -119,13 +112,5 @@ fn config_over_time(args: &Spectrum, rate: SampleRate) -> SpectrogramConfig {
         overlap: args.overlap.unwrap_or(usual.overlap),
         cells: Cells::of_a_figure(args.max_frequency.map_or(highest, Hertz)),
         ..usual
-    }
-}
-
-fn figure(args: &Spectrum, channel: &Channel, result: &Spectrogram<Uncalibrated>) -> Spectrograms {
-    Spectrograms {
-        panels: vec![result.panel(format!("{}, {}", name(&args.file), channel.name))],
-        unit: channel.unit.of_psd(),
-        note: result.estimate_text(),
     }
 }

@@ -159,7 +159,9 @@ impl ShakerBench {
             band,
             ..
         } = &self.excitation;
-        within("a duration in s", duration.0, [1.0, 600.0])?;
+        if !(1.0..=600.0).contains(&duration.0) {
+            return Err(DeviceError::Duration { found: *duration });
+        }
         let most_v = self.twin.shaker.most_rms_v;
         within("a drive in V rms", *rms_v, [0.001, most_v])?;
         let (width_hz, least_hz) = (band.high().0 - band.low().0, 2.0 * BandNoise::RESOLUTION_HZ);

@@ -1,10 +1,10 @@
 //! The report of the spectrum of one channel.
 
-use super::{Averaging, SpectrumDocument};
-use crate::figure::{Axis, Chart, Drawn, Figure, Line, Tone, range};
+use super::{Averaging, Spectrogram, SpectrumDocument};
+use crate::figure::{Axis, Chart, Drawn, Figure, Line, Spectrograms, Tone, range};
 use crate::number::{counted, digits, rounded};
 use crate::page::{Block, Cell, Column, Number, Page, Shown, Table};
-use crate::quantity::Decibels;
+use crate::quantity::{Decibels, Quantity};
 use crate::recording::BenchKind;
 
 impl Shown for SpectrumDocument<'_> {
@@ -23,13 +23,7 @@ impl Shown for SpectrumDocument<'_> {
         )
         .section("Power spectral density", self.spectrum().map(Block::Figure));
         let page = match &self.over_time {
-            Some(over_time) => {
-                let figure = Figure {
-                    drawn: Drawn::Spectrograms(over_time.clone()),
-                    caption: "Power spectral density over time.".into(),
-                };
-                page.section("Over time", [figure.into()])
-            }
+            Some(over_time) => page.section("Over time", [self.spectrogram(over_time).into()]),
             None => page,
         };
         let warnings = Block::warnings("", self.warnings.clone());
@@ -79,6 +73,19 @@ impl SpectrumDocument<'_> {
             },
             counted(self.averages, "segment"),
         )
+    }
+
+    fn spectrogram(&self, over_time: &Spectrogram<impl Quantity>) -> Figure {
+        let file = self.file.file_name().unwrap_or(self.file.as_os_str());
+        let title = format!("{}, {}", file.display(), self.channel);
+        Figure {
+            drawn: Drawn::Spectrograms(Spectrograms {
+                panels: vec![over_time.panel(title)],
+                unit: self.unit.clone(),
+                note: over_time.estimate_text(),
+            }),
+            caption: "Power spectral density over time.".into(),
+        }
     }
 
     /// `None` where every line above 0 Hz is 0: decibels have no point there.

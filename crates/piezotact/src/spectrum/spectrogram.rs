@@ -46,7 +46,8 @@ pub enum Cells {
         columns: usize,
         /// The most rows, 1 or more.
         rows: usize,
-        /// The line nearest to this frequency is the last one.
+        /// The line nearest to this frequency, Hz, is the last one.
+        #[serde(rename = "highest_hz")]
         highest: Hertz,
     },
 }

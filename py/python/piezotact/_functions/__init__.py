@@ -2,9 +2,9 @@
 
 from ._device import Characterisation, Transfer, characterise, transfer
 from ._eeg import EegErd, EegStats, eeg_erd, eeg_stats
-from ._look import Info, Noise, Roughness, RoughnessSet, Spectrum, info, noise, roughness, spectrum
+from ._look import Info, Noise, Roughness, RoughnessSet, Spectrogram, Spectrum, info, noise, roughness, spectrogram, spectrum
 from ._panel import PanelAddition, PanelAnalysis, PanelAverage, PanelRun, panel_add, panel_analyse, panel_average, panel_run
-from ._people import Answers, answers
+from ._people import Answers, CampaignDesign, answers, campaign_design
 from ._render import Manipulated, Prepared, PreparedStimuli, Rendering, Renderings, manipulate, prepare, render
 from ._touch import Comparison, Cuts, Strokes, compare, cut, strokes
 from ._twin import TwinRecording, twin_record
@@ -12,6 +12,7 @@ from ._verify import Played, Score, Verification, play, score, verify
 
 __all__ = [
     "Answers",
+    "CampaignDesign",
     "Characterisation",
     "Comparison",
     "Cuts",
@@ -32,12 +33,14 @@ __all__ = [
     "Roughness",
     "RoughnessSet",
     "Score",
+    "Spectrogram",
     "Spectrum",
     "Strokes",
     "Transfer",
     "TwinRecording",
     "Verification",
     "answers",
+    "campaign_design",
     "characterise",
     "compare",
     "cut",
@@ -55,6 +58,7 @@ __all__ = [
     "render",
     "roughness",
     "score",
+    "spectrogram",
     "spectrum",
     "strokes",
     "transfer",

@@ -28,8 +28,8 @@ class Spectrum(Result):
     """The PSD of one channel of a file, with its frequencies and the rate of the channel, which the spectrum alone does
     not hold.
 
-    Attributes: `averages`, `channel`, `config`, `file`, `frequency_hz`, `psd`, `rate_hz`, `resolution_hz`, `unit`,
-    `version`.
+    Attributes: `averages`, `channel`, `config`, `file`, `frequency_hz`, `over_time`, `psd`, `rate_hz`, `resolution_hz`,
+    `unit`, `version`.
     ``found.to_dict()`` is the document.
     """
 
@@ -44,6 +44,42 @@ class Spectrum(Result):
     file: str
     #: The frequencies of the lines, Hz.
     frequency_hz: npt.NDArray[np.float64]
+    #: The PSD over time; absent where it was not asked for.
+    over_time: Record | None
+    #: The PSD of each line, in `unit`.
+    psd: npt.NDArray[np.float64]
+    #: The rate of the channel, Hz.
+    rate_hz: float
+    #: The distance of two lines, Hz.
+    resolution_hz: float
+    #: The unit of the values.
+    unit: str
+    version: int
+
+
+class Spectrogram(Result):
+    """The PSD of one channel of a file, with its frequencies and the rate of the channel, which the spectrum alone does
+    not hold.
+
+    Attributes: `averages`, `channel`, `config`, `file`, `frequency_hz`, `over_time`, `psd`, `rate_hz`, `resolution_hz`,
+    `unit`, `version`.
+    ``found.to_dict()`` is the document.
+    """
+
+    SCHEMA: ClassVar[str] = "spectrum"
+    FIGURE: ClassVar[int] = 2
+    #: How many segments were averaged.
+    averages: int
+    #: The channel.
+    channel: str
+    #: How it was estimated.
+    config: Record
+    #: The file.
+    file: str
+    #: The frequencies of the lines, Hz.
+    frequency_hz: npt.NDArray[np.float64]
+    #: The PSD over time; absent where it was not asked for.
+    over_time: Record
     #: The PSD of each line, in `unit`.
     psd: npt.NDArray[np.float64]
     #: The rate of the channel, Hz.
@@ -261,7 +297,8 @@ def spectrum(
     median : bool, optional
         Averages the segments by their median instead of their mean: robust against isolated disturbances.
     over_time : bool, optional
-        Adds a figure of the PSD over time (spectrogram) to the report.
+        Adds the PSD over time (spectrogram): a figure to the report, and at most 600 times × 300 frequencies to the
+        JSON.
     max_frequency : float, optional
         The highest frequency of `over_time`, in Hz; default: half the sampling rate, but at most 1000.
     scale : str or number, or a list, optional
@@ -309,6 +346,96 @@ def spectrum(
     Source: ``piezotact spectrum``, ``docs/schemas/spectrum.json``.
     """
     return run(Spectrum, "spectrum", locals(), data=("file",))
+
+
+def spectrogram(
+    file: Data,
+    *,
+    unit: Unit = None,
+    channel: str | None = None,
+    segment: int | None = None,
+    overlap: float | None = None,
+    window: Text | None = None,
+    max_frequency: float | None = None,
+    scale: Text | Sequence[Text] | None = None,
+    rate: float | None = None,
+    part: int | None = None,
+    report: Path | None = None,
+    csv: Path | None = None,
+    figures: Path | None = None,
+    tables: Path | None = None,
+    columns: Literal["1", "2"] | None = None,
+    date: str | None = None,
+    force: bool = False,
+) -> Spectrogram:
+    """Estimates the power spectral density (PSD) of one channel over time.
+
+    Parameters
+    ----------
+    file : path, Recording, array_like or dict of array_like
+        A recording.
+    unit : str or dict of str, optional
+        The unit of an array, or of each channel by its name: ``"m/s2"``, ``"g"``, ``"N"``; ``"1"`` relative to full
+        scale.
+    channel : str, optional
+        The channel; optional if there is only one, or only one of acceleration.
+    segment : int, optional
+        Samples in a segment; default 1024, and about 0.1 s for `over_time`.
+    overlap : float, optional
+        Overlap of consecutive segments, as a fraction of a segment; default 0.5, and 0.875 for `over_time`.
+    window : str or number, optional
+        hann, hamming, blackman, blackman-harris, flat-top or rectangular. Default: hann.
+    max_frequency : float, optional
+        The highest frequency of `over_time`, in Hz; default: half the sampling rate, but at most 1000.
+    scale : str or number, or a list, optional
+        What the number 1 in the file means, such as "200 m/s2": for a WAV file (1 = full scale) without a sidecar
+        FILE.json, or for table columns without units that can be in it; "fz=N" or "fz=2 N" of one channel, as often as
+        needed.
+    rate : float, optional
+        The sampling rate of an array, in Hz. Of a file: the sampling rate, in Hz, of a table without a time column, or
+        the rate at which a haptic file is played (default: the rate of the HJIF curves, otherwise 8000).
+    part : int, optional
+        The part of a recording with gaps (EEG formats, XDF) that is read, from 1 on; default: the first, with a
+        warning.
+    report : path, optional
+        Writes a report: the conclusion, the numbers, tables, figures, and how it was made.
+    csv : path, optional
+        Writes the results as a table, with a row for each item.
+    figures : path, optional
+        Writes every figure of the report to this folder, as SVG; the full build (./x build) also writes PNG and PDF.
+    tables : path, optional
+        Writes every table of the report to this folder, as CSV.
+    columns : {'1', '2'}, optional
+        The width of `figures` in columns of a journal: 1 (85 mm) or 2 (174 mm, the default).
+    date : str, optional
+        The date that reports and documents carry, in UTC, such as 2026-03-01T10:22:33Z; default: now.
+    force : bool, optional
+        Replaces existing files that the command did not write before.
+
+    Returns
+    -------
+    Spectrogram
+        The document that the command prints with ``--json``, with its report.
+
+    Raises
+    ------
+    Error
+        What was expected and what was found, in the sentence of the command.
+
+    Warns
+    -----
+    Warning
+        What a person should know before relying on the result.
+
+    Notes
+    -----
+    `over_time` has `times_s`, `frequencies_hz` and `psd`, a row for each frequency, in `unit`. There are at most 600
+    times and 300 frequencies: neighbouring segments and lines of longer signals are averaged. The other attributes are
+    those of `spectrum`.
+
+    Source: ``piezotact spectrum``, ``docs/schemas/spectrum.json``.
+    """
+    return run(Spectrogram, "spectrum", {**locals(), "over_time": True}, data=("file",))
 
 
 def noise(

@@ -1,4 +1,4 @@
-"""What people answered. Written by ``generate.py``; do not edit."""
+"""What a campaign can show, and what people answered. Written by ``generate.py``; do not edit."""
 
 from __future__ import annotations
 
@@ -8,6 +8,38 @@ from typing import ClassVar, Literal
 from .._call import run
 from .._recording import Path, Text
 from .._results import Record, Result
+
+
+class CampaignDesign(Result):
+    """The design of a campaign.
+
+    Attributes: `campaign`, `earlier_tasks`, `judged_session`, `power`, `protocol`, `report_`, `samples`, `sessions`,
+    `source`, `title`, `version`.
+    ``found.to_dict()`` is the document.
+    """
+
+    SCHEMA: ClassVar[str] = "campaign_design"
+    #: What was judged.
+    campaign: Record
+    #: Tasks of earlier sessions that are judged with it.
+    earlier_tasks: list[str] | None
+    #: The session whose design is judged.
+    judged_session: str
+    #: How often a stated difference is found, where one was asked for.
+    power: Record | None
+    #: The protocol's name.
+    protocol: str
+    #: What it can show, and its faults.
+    report_: Record
+    #: All real samples of the protocol, also those that stand in no set.
+    samples: list[str]
+    #: All sessions of one participant.
+    sessions: list[Record]
+    #: Where it comes from.
+    source: str
+    #: Its title.
+    title: str
+    version: int
 
 
 class Answers(Result):
@@ -49,6 +81,82 @@ class Answers(Result):
     version: int
     #: How many of them virtual volunteers gave.
     virtual_answers: int
+
+
+def campaign_design(
+    protocol: Path,
+    *,
+    participants: int | None = None,
+    seed: int | None = None,
+    power: Text | None = None,
+    shares: Text | None = None,
+    task: Text | None = None,
+    spread: float | None = None,
+    report: Path | None = None,
+    csv: Path | None = None,
+    figures: Path | None = None,
+    tables: Path | None = None,
+    columns: Literal["1", "2"] | None = None,
+    date: str | None = None,
+    force: bool = False,
+) -> CampaignDesign:
+    """Checks the design of a campaign before the first participant: time, chance, pairs, precision, faults and better
+    plans.
+
+    Parameters
+    ----------
+    protocol : path
+        A protocol (TOML), or the name of one of the library, see `piezotact campaign protocol`.
+    participants : int, optional
+        The number of participants instead of that of the protocol.
+    seed : int, optional
+        The seed of simulations and searches. Default: 1.
+    power : str or number, optional
+        Simulates campaigns to find how many participants, repeats and sets are needed to show a difference (permutation
+        of participants at 5 %). `samples:A,B`: two samples are distinguished; `tasks:A,B`: two tasks differ;
+        `again:own,averaged`: the same people with two ways of rendering; `people:own,averaged`: two groups of people.
+    shares : str or number, optional
+        The difference that `power` looks for, in percent, for the median participant: expected answers in A and in B;
+        for two samples, right answers and answers that name the other sample.
+    task : str or number, optional
+        The task of `power`, where several tasks have answers of the samples or groups.
+    spread : float, optional
+        How participants differ: the standard deviation of the logits of `shares`. Default: that of the protocol's aims.
+    report : path, optional
+        Writes a report: the conclusion, the numbers, tables, figures, and how it was made.
+    csv : path, optional
+        Writes the results as a table, with a row for each item.
+    figures : path, optional
+        Writes every figure of the report to this folder, as SVG; the full build (./x build) also writes PNG and PDF.
+    tables : path, optional
+        Writes every table of the report to this folder, as CSV.
+    columns : {'1', '2'}, optional
+        The width of `figures` in columns of a journal: 1 (85 mm) or 2 (174 mm, the default).
+    date : str, optional
+        The date that reports and documents carry, in UTC, such as 2026-03-01T10:22:33Z; default: now.
+    force : bool, optional
+        Replaces existing files that the command did not write before.
+
+    Returns
+    -------
+    CampaignDesign
+        The document that the command prints with ``--json``, with its report.
+
+    Raises
+    ------
+    Error
+        What was expected and what was found, in the sentence of the command.
+
+    Warns
+    -----
+    Warning
+        What a person should know before relying on the result.
+
+    Notes
+    -----
+    Source: ``piezotact campaign design``, ``docs/schemas/campaign_design.json``.
+    """
+    return run(CampaignDesign, "campaign design", locals())
 
 
 def answers(
