@@ -103,6 +103,7 @@ mod script;
 mod serve;
 #[cfg(feature = "every-command")]
 mod snapshots;
+mod spectrum;
 mod support;
 #[cfg(feature = "surface")]
 mod surfcom;

@@ -415,3 +415,34 @@ fn what_cannot_be_shown_beside_it_is_refused() {
     )
     .expect_success();
 }
+
+/// Half of the power of the target lies above what the measurement can hold, and at the lower scale nobody feels either.
+#[test]
+fn what_a_lower_rate_leaves_out_and_what_is_not_felt_is_said() {
+    let folder = Folder::new();
+    let tone = |hz: f64, rate_hz: u32| {
+        let each = (0..4 * rate_hz).map(move |i| f64::from(i) / f64::from(rate_hz));
+        each.map(move |t_s| 0.4 * (TAU * hz * t_s).sin())
+    };
+    let both = tone(100.0, 10_000).zip(tone(3000.0, 10_000));
+    folder.write(
+        "target.wav",
+        wav(both.map(|(low, high)| low + high), 10_000),
+    );
+    let kept = tone(100.0, 5_000).zip(noise(20_000));
+    folder.write(
+        "measured.wav",
+        wav(kept.map(|(v, noise)| v + 1e-3 * noise), 5_000),
+    );
+    let unfelt = "neither the target nor the measurement reaches the detection threshold";
+    for (scale, is_felt) in [("10m/s2", true), ("0.001m/s2", false)] {
+        let line = format!("--target target.wav --measured measured.wav --scale {scale}");
+        let done = verify(&folder, &line);
+        let said = done.out();
+        assert!(
+            said.contains("with 50 % of the power of the whole texture"),
+            "{said}"
+        );
+        assert_eq!(said.contains(unfelt), !is_felt, "{said}");
+    }
+}

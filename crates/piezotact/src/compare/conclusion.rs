@@ -120,10 +120,13 @@ impl SpatialPeriod {
                 )
             }
             _ if self.is_confounded_by(PeriodCriterion::Moves) && self.lines.moving_speeds > 0 => {
+                let of = match self.lines.telling_speeds {
+                    1 => String::new(),
+                    all => format!(" of {all}"),
+                };
                 format!(
-                    "spatial period not decided: its lines are known to move at one of {} speeds only; record at more speeds, of which none is a \
-                     multiple of another; the candidate is {number}",
-                    self.lines.telling_speeds
+                    "spatial period not decided: its lines are known to move at one speed{of} only; record at more speeds, of which none is a \
+                     multiple of another; the candidate is {number}"
                 )
             }
             _ if self.is_confounded_by(PeriodCriterion::Moves) => format!(

@@ -8,6 +8,7 @@ use crate::recording::{OtherOrigin, Recording, RecordingWarning, RehearsalWarnin
 use crate::render::Rendering;
 use crate::resample::{CommonRate, to_common_rate};
 use crate::series::Series;
+use crate::statistics::standard_deviation;
 use crate::verify::{Measured, Verification, VerifyConfig, VerifyError, verify};
 use crate::warning::{Warning, Warnings};
 
@@ -42,6 +43,16 @@ pub struct JudgedMeasurement {
     pub config: VerifyConfig,
     /// The target at the rate of the comparison, m/s².
     pub texture: Series<Acceleration>,
+}
+
+/// The share of the power of `target` about its mean that `compared`, the same at another rate, still has.
+fn power_kept(target: &Series<Acceleration>, compared: &Series<Acceleration>) -> f64 {
+    let [own, kept] = [target, compared].map(|x| standard_deviation(x.samples()));
+    if own > 0.0 {
+        (kept / own).powi(2).min(1.0)
+    } else {
+        1.0
+    }
 }
 
 /// How close `measured` came to `target` over `band`, with the warnings about both and `more_warnings`, each once.
@@ -85,6 +96,7 @@ pub fn judged_measurement(
         clipping,
     };
     let mut verification = with_perceptible_difference(verify(&texture, compared, &config)?);
+    verification.texture_share *= power_kept(target.texture, &texture);
     // What the target lacks itself is not lost by the rendering.
     if lost.0 > own.0 {
         verification = verification.with_samples_lost(lost);

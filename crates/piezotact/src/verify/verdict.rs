@@ -321,12 +321,22 @@ impl Verification {
                 self.left_out * 100.0
             )
         });
-        let all: Vec<String> = self.of_the_texture().into_iter().chain(left_out).collect();
+        let unfelt = self.is_unfelt().then(|| {
+            "neither the target nor the measurement reaches the detection threshold".to_owned()
+        });
+        let parts = self.of_the_texture().into_iter().chain(left_out);
+        let all: Vec<String> = parts.chain(unfelt).collect();
         let all = match all.as_slice() {
             [] => String::new(),
             some => format!(" ({})", some.join("; ")),
         };
         format!(" over {}{all}", self.judged_band())
+    }
+
+    /// Whether neither of the two is felt.
+    fn is_unfelt(&self) -> bool {
+        let levels = self.sensation_db;
+        levels.is_some_and(|levels| levels.iter().all(|level| *level < 0.0))
     }
 
     /// The share of the power of the whole texture that is evaluated, in words, where a tenth or more is not.

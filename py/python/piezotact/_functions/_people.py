@@ -121,7 +121,7 @@ def campaign_design(
     task : str or number, optional
         The task of `power`, where several tasks have answers of the samples or groups.
     spread : float, optional
-        How participants differ: the standard deviation of the logits of `shares`. Default: that of the protocol's aims.
+        How participants differ: the standard deviation of the logits of `shares`. Default: from the protocol's aims.
     report : path, optional
         Writes a report: the conclusion, the numbers, tables, figures, and how it was made.
     csv : path, optional

@@ -138,7 +138,8 @@ class Score(Result):
     extent: Any
     #: Whether level or spectrum of one of the two change over time by more than chance explains.
     is_nonstationary: bool | None
-    #: Where the just noticeable differences come from.
+    #: Where the just noticeable differences of level and spectrum come from; those of the perceived difference have
+    #: their sources in `perception`.
     jnd_source: str
     #: The difference of the overall level over threshold.
     level: Record
