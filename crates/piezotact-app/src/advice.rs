@@ -52,7 +52,7 @@ const OPTIONS: [(&str, &str, &str); 41] = [
     ),
     ("power_outside_band", "", "--band"),
     ("pulses_in_drive", "", "--excitation"),
-    ("rejected", "", "--cuts"),
+    ("rejected", "", "--report and --cuts"),
     ("response_not_decayed", "end", "--exponential"),
     ("scatter", "strokes_of_texture", "--cuts"),
     ("simulated", "transfer", "piezotact info"),

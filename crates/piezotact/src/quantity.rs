@@ -134,7 +134,8 @@ impl From<SampleRate> for f64 {
 
 impl fmt::Display for SampleRate {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} Hz", self.0)
+        // A rate from time stamps has more digits than its clock.
+        write!(f, "{} Hz", (self.0 * 1e6).round() / 1e6)
     }
 }
 

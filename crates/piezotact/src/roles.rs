@@ -107,8 +107,8 @@ impl Roles {
     /// The roles inferred from the units and names of the channels, with warnings about guesses.
     ///
     /// An acceleration vibrates; without one, a channel of speed that is called as a vibrometer or a vibration, which is never the motion;
-    /// without one, the channels that are called so, or else every channel that is neither force, motion, drive nor proximity. Forces are
-    /// channels in N: `fz`, `fn`, `load` or a name with "normal" is the normal one, `fx`, `fy`, `ft` or a name with "tang" or "friction" are
+    /// without one, the channels that are called so, or else every channel that is neither force, torque, motion, drive nor proximity. Forces
+    /// are channels in N: `fz`, `fn`, `load` or a name with "normal" is the normal one, `fx`, `fy`, `ft` or a name with "tang" or "friction" are
     /// tangential, and a force alone is the normal one. A speed that nothing but its unit makes the motion is none beside a position: it may
     /// be that of the vibration.
     #[must_use]
@@ -245,6 +245,20 @@ fn is_force_in_other_unit(channel: &Channel) -> bool {
         _ => false,
     };
     is_other && is_force_name(&channel.name)
+}
+
+/// Whether a channel is a torque, by its unit or its name: the sensors that give three forces give three torques too.
+fn is_torque(channel: &Channel) -> bool {
+    let unit: String = match &channel.unit {
+        Unit::Other(unit) => unit.chars().filter(|c| c.is_alphanumeric()).collect(),
+        _ => String::new(),
+    };
+    ["Nm", "Nmm", "mNm", "Ncm", "lbfin", "lbin", "inlb"].contains(&unit.as_str())
+        || is_called(
+            channel,
+            &["torque", "drehmoment", "momento"],
+            &["tx", "ty", "tz", "mx", "my", "mz"],
+        )
 }
 
 fn in_unit<'a>(channels: &'a [Channel], unit: &Unit) -> Vec<&'a Channel> {
@@ -384,7 +398,7 @@ fn without_acceleration(channels: &[Channel]) -> Vec<String> {
     let others: Vec<String> = channels
         .iter()
         .filter(|c| matches!(c.unit, Unit::FullScale | Unit::Volt | Unit::Other(_)))
-        .filter(|c| !is_force_in_other_unit(c))
+        .filter(|c| !is_force_in_other_unit(c) && !is_torque(c))
         .filter(|c| {
             !is_called(
                 c,
@@ -531,6 +545,23 @@ mod tests {
             let recording = recording(&[("Fz", Unit::Newton), (other, Unit::Volt)]);
             let (roles, _) = Roles::guess(&recording);
             assert_eq!(roles.force_in_other_unit(&recording).is_some(), is_missing);
+        }
+    }
+
+    #[test]
+    fn torques_of_a_force_sensor_do_not_vibrate() {
+        let torque = |unit: &str| Unit::Other(unit.into());
+        for unit in ["", "Nm", "N·m", "N-mm", "mN m"] {
+            let channels = [
+                ("Fz", Unit::Newton),
+                ("Tx", torque(unit)),
+                ("Moment y", torque("N.m")),
+                ("Torque Z", torque(unit)),
+            ];
+            let (roles, _) = Roles::guess(&recording(&channels));
+            assert_eq!(roles.vibration, [""; 0], "{unit}");
+            let (roles, _) = Roles::guess(&recording(&[channels[0].clone(), ("mic", Unit::Volt)]));
+            assert_eq!(roles.vibration, ["mic"]);
         }
     }
 

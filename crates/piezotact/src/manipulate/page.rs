@@ -2,6 +2,7 @@
 
 use super::{ManipulateDocument, Texture};
 use crate::figure::{Axis, Chart, Figure, Line, Panels, Tone, range};
+use crate::lineage::Operation;
 use crate::number::{digits, plus};
 use crate::page::{Block, Cell, Column, Fact, Number, Page, Shown, Table};
 use crate::quantity::{Acceleration, Decibels, Quantity};
@@ -117,9 +118,11 @@ impl BeforeAndAfter<'_> {
             Column::new(&format!("rms after, {unit}"), "rms_after_m_s2"),
         ]);
         let rows = self.after.lineage.steps.iter().map(|step| {
+            // Before a cut is the whole recording, with what is no sliding.
+            let is_cut = matches!(step.operation, Operation::Stroke { .. });
             vec![
                 Cell::Text(step.operation.to_string()),
-                Cell::from(step.rms_before.value),
+                Cell::from((!is_cut).then_some(step.rms_before.value)),
                 Cell::from(step.rms_after.value),
             ]
         });

@@ -252,7 +252,10 @@ fn failed(error: StudyError) -> Failure {
             ))
         }
         StudyError::NoStrokes { found } => {
-            for warning in &found.warnings {
+            // The reason of the only recording stands in the sentence.
+            let said = found.because.as_ref();
+            let said = said.filter(|_| found.recordings.len() == 1);
+            for warning in found.warnings.iter().filter(|w| Some(&w.warning) != said) {
                 say(&format!("warning: {}", merged_text(warning)));
             }
             Failure::Data(anyhow!(found.sentence_with(&text)))

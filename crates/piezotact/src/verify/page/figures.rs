@@ -148,13 +148,17 @@ pub(super) fn predicted(verification: &Verification, predicted: &UncompensatedPr
     spectra_chart(verification, lines)
 }
 
-/// Amplitude spectra up to where textures hold most of their power, or to the end of the band.
-pub(super) fn amplitudes(verification: &Verification, tones: &Tones) -> Chart {
-    let band = verification.band_hz;
-    let to = match band.high().0 {
+/// The highest frequency of the amplitude spectra that is drawn, Hz: textures have their tones below.
+pub(super) fn amplitudes_end_hz(band: Band) -> f64 {
+    match band.high().0 {
         high if high > TEXTURES_END_HZ && band.low().0 < TEXTURES_END_HZ => TEXTURES_END_HZ,
         high => high,
-    };
+    }
+}
+
+/// Amplitude spectra up to where textures hold most of their power, or to the end of the band.
+pub(super) fn amplitudes(verification: &Verification, tones: &Tones) -> Chart {
+    let to = amplitudes_end_hz(verification.band_hz);
     let points = |values: &[f64]| -> Vec<(f64, f64)> {
         let lines = tones.frequency_hz.iter().copied();
         let lines = lines.zip(values.iter().copied());

@@ -111,11 +111,15 @@ impl Verification {
         Block::conclusion(self.sentence(), outcome)
     }
 
-    /// The criteria: those that the verdict follows from first, beyond eight folded.
+    /// The criteria: those that the verdict follows from first, of these the one that its sentence names; beyond eight folded.
     fn criteria_blocks(&self) -> Vec<Block> {
-        let of = |outcome: Outcome| self.criteria.iter().filter(move |c| c.outcome == outcome);
         let outcomes = [Outcome::NotMet, Outcome::NotDecided, Outcome::Met];
-        let all: Vec<_> = outcomes.into_iter().flat_map(of).collect();
+        let place = |c: &Criterion<VerifyCriterion>| {
+            let outcome = outcomes.iter().position(|outcome| c.outcome == *outcome);
+            (outcome, c.what != VerifyCriterion::FeltDifference)
+        };
+        let mut all: Vec<_> = self.criteria.iter().collect();
+        all.sort_by_key(|c| place(c));
         let (first, rest) = all.split_at(all.len().min(MOST_CRITERIA));
         let mut blocks = vec![criteria_table(first).into()];
         if !rest.is_empty() {
@@ -174,7 +178,10 @@ impl Verification {
         };
         let all = [number(
             format!("{:.2} dB", self.error_db_rms),
-            format!("{error} as measured, rms over {}", self.band_hz),
+            format!(
+                "{error} as measured, sensor noise included, rms over {}",
+                self.band_hz
+            ),
         )];
         let rest = [
             number(
@@ -211,8 +218,9 @@ impl Verification {
     fn amplitudes_text(&self, tones: &Tones) -> String {
         let segment = tones.welch.segment as f64;
         format!(
-            "Amplitude spectra (FFT) of target and measurement within {}: a tone, for example of a periodic texture, is shown at its peak amplitude. Computed with a {} window over segments of {segment} samples ({:.2} s, lines {:.2} Hz apart), {:.0} % overlap, {} averages of power; single-sided, each line divided by the sum of the window, so that the amplitude of a tone is correct within 0.1 %. For noise, the amplitude depends on the width of the spectral lines: use the PSD.",
+            "Amplitude spectra (FFT) of target and measurement within {}, drawn up to {} Hz: a tone, for example of a periodic texture, is shown at its peak amplitude. Computed with a {} window over segments of {segment} samples ({:.2} s, lines {:.2} Hz apart), {:.0} % overlap, {} averages of power; single-sided, each line divided by the sum of the window, so that the amplitude of a tone is correct within 0.1 %. For noise, the amplitude depends on the width of the spectral lines: use the PSD.",
             self.band_hz,
+            figures::amplitudes_end_hz(self.band_hz),
             tones.welch.window.name(),
             segment / self.rate_hz,
             self.rate_hz / segment,
