@@ -444,7 +444,7 @@ fn soak_a_comparison_that_does_not_fit_into_memory_is_refused_before_it_is_compu
     for (command, said) in [
         (
             score,
-            "the score: 4000000 samples take about 440 MB of memory, and ",
+            "the score: 4000000 samples take about 640 MB of memory, and ",
         ),
         (
             verify,

@@ -145,7 +145,8 @@ fn soak_claim_36_a_peak_on_rough_and_biomimetic_for_most() {
     not_met(36, "on M8");
 }
 
-/// S9 to S13 are confused among themselves, and the plate without texture is always recognised; but neighbours among S4 to S7 are too.
+/// The plate without texture is always recognised, but neighbours among S4 to S7 are confused. That four of five errors on S9 to S13 lie
+/// among them holds in 18 of forty panels (docs/decisions/thesis.md): this one, with 83, 89 and 78 % in the three tasks, says nothing of it.
 #[test]
 #[ignore = "chapters 4 to 6 take minutes: ./x soak runs it"]
 fn soak_claim_24_confusions_are_those_of_the_thesis_and_more() {
@@ -153,10 +154,7 @@ fn soak_claim_24_confusions_are_those_of_the_thesis_and_more() {
     let Verdict::DoesNot { reason } = &finding(24).verdict else {
         unreachable!("just tested")
     };
-    assert!(
-        !reason.contains("S9 to S13") && !reason.contains("without texture"),
-        "{reason}"
-    );
+    assert!(!reason.contains("without texture"), "{reason}");
 }
 
 /// Ten people make too few errors of each kind for their cells to agree.
