@@ -124,7 +124,12 @@ pub(crate) fn options_for(error: &(dyn Error + 'static)) -> Option<&'static str>
     if let Some(SegmentError::NothingToCutBy) = error.downcast_ref() {
         return Some("--normal-force, --motion, --vibration");
     }
-    if let Some(FeatureError::NoVibration | FeatureError::Units { .. }) = error.downcast_ref() {
+    if let Some(
+        FeatureError::NoVibration { .. }
+        | FeatureError::ConstantVibration { .. }
+        | FeatureError::Units { .. },
+    ) = error.downcast_ref()
+    {
         return Some("--vibration");
     }
     if let Some(ScoreError::TooShort { .. }) = error.downcast_ref() {

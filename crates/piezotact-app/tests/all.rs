@@ -22,6 +22,8 @@ mod bids_attacks;
 #[cfg(feature = "every-command")]
 mod bids_eeg;
 #[cfg(feature = "every-command")]
+mod bids_laboratory;
+#[cfg(feature = "every-command")]
 mod bids_refused;
 #[cfg(feature = "study")]
 mod campaign;

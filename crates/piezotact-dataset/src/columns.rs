@@ -231,6 +231,9 @@ fn without_copied_rows(columns: &mut [Column], time: usize) -> Option<Warning> {
     }))
 }
 
+/// More channels than samples are a table with a channel in each row, from this many on.
+const MOST_OF_FEW: usize = 64;
+
 /// The recording of `columns` on the grid of `base`, in SI; `warnings` are those about it.
 pub(crate) fn recording_of(
     path: &Path,
@@ -240,6 +243,15 @@ pub(crate) fn recording_of(
     options: &ReadOptions,
     unnamed: WithoutUnit<'_>,
 ) -> Result<Recording, ReadError> {
+    let rows = columns.first().map_or(0, |column| column.values.len());
+    if columns.len() > MOST_OF_FEW && columns.len() > rows {
+        return Err(ReadError::content(
+            path,
+            "samples in rows and channels in columns",
+            format!("{rows} rows with {} columns", columns.len()),
+            "transpose it, if each row is a channel; else record more samples than channels",
+        ));
+    }
     let columns = columns.into_iter().map(|column| (column, 0)).collect();
     let bases = [(base.clone(), Seconds(0.0))];
     recording_of_bases(path, columns, &bases, warnings, options, unnamed)

@@ -62,8 +62,8 @@ pub use journal::{
 };
 pub use naming::{NamePattern, Naming, known_naming};
 pub use open::{
-    ArrayChannel, Contents, FileKind, ReadOptions, RecordingInBlocks, read_recording,
-    recording_formats, recording_in_blocks, recording_of_arrays,
+    ArrayChannel, Contents, FileKind, NumberTable, ReadOptions, RecordingInBlocks, is_npy,
+    parse_npy, read_recording, recording_formats, recording_in_blocks, recording_of_arrays,
 };
 pub use panel_folder::{
     Adopted, BenchFile, PANEL_INDEX, PanelContents, PanelFolder, PanelIndex, function_of_any_unit,

@@ -39,6 +39,7 @@ pub use arrays::{ArrayChannel, recording_of_arrays};
 use beside::{Beside, completed};
 pub use blocks::{RecordingInBlocks, recording_in_blocks};
 use finite::{finite, not_a_sample};
+pub use npy::{NumberTable, is_npy, parse_npy};
 
 /// Information stated by the user in addition to that in the file.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -3,6 +3,7 @@
 use crate::ReadError;
 use std::fs::File;
 use std::io::Write;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -292,7 +293,11 @@ fn rows<T: DataType>(
     Box::new(move |most, cells, numbers| {
         values.clear();
         levels.clear();
-        let (rows, read, _) = reader.read_records(most, Some(&mut levels), None, &mut values)?;
+        let read = || reader.read_records(most, Some(&mut levels), None, &mut values);
+        // The crate asserts that a damaged run has a length: here it is an error, as all other damage.
+        let read = catch_unwind(AssertUnwindSafe(read));
+        let no_run = |_| ParquetError::General("a run of values without a length".into());
+        let (rows, read, _) = read.map_err(no_run)??;
         numbers.extend(values.drain(..).map(|value| number(cells, value)));
         Ok((rows, rows.saturating_sub(read)))
     })

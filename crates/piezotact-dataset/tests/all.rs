@@ -2,6 +2,7 @@
 
 mod blocks;
 mod catman;
+mod damage;
 mod eeg;
 mod eeg_contradictions;
 mod eeg_damage;

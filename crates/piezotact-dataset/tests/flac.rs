@@ -44,6 +44,12 @@ fn crc(bytes: &[u8], width: u32, polynomial: u16) -> u16 {
     bytes.iter().fold(0, byte) as u16
 }
 
+/// A small file of one block.
+pub(crate) fn small() -> Vec<u8> {
+    let samples: Vec<i16> = (0..300).map(|k| (k * 997 % 4001) as i16).collect();
+    flac(&samples, 300, 0)
+}
+
 #[test]
 fn flac_is_read_as_wav_is() {
     let folder = tempfile::tempdir().unwrap();
@@ -114,8 +120,7 @@ fn flac_is_read_as_wav_is() {
 fn damage_of_flac_is_an_error_and_no_panic() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.flac");
-    let samples: Vec<i16> = (0..300).map(|k| (k * 997 % 4001) as i16).collect();
-    let whole = flac(&samples, 300, 0);
+    let whole = small();
     let mut random = Lcg(9);
     for round in 0..600 {
         let mut damaged = whole.clone();

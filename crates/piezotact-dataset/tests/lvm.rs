@@ -260,12 +260,17 @@ fn what_is_wrong_is_named_with_its_place() {
     }
 }
 
+/// A small file of two segments.
+pub(crate) fn small() -> String {
+    header("Tab", ",", "No")
+        + &segment("10:00:00,5", "0,0E+0", "\t1,5\tgood\r\n\t2,5\r\n\r\n")
+        + &segment("10:00:01,5", "0,0", "\t3,5\r\n\t4,5\r\n")
+}
+
 /// Truncations and flipped bytes: an error that says what to do, or samples, never a panic.
 #[test]
 fn damage_is_an_error_and_no_panic() {
-    let text = header("Tab", ",", "No")
-        + &segment("10:00:00,5", "0,0E+0", "\t1,5\tgood\r\n\t2,5\r\n\r\n")
-        + &segment("10:00:01,5", "0,0", "\t3,5\r\n\t4,5\r\n");
+    let text = small();
     let look = |bytes: &[u8]| {
         if let Err(error) = parse_lvm(Path::new("a.lvm"), bytes, &ReadOptions::default()) {
             assert!(

@@ -17,9 +17,15 @@ fn recording(path: &Path) -> Contents {
     read_recording(path, &ReadOptions::default()).unwrap()
 }
 
-/// Two clocks go out and come in again, with their starts; the date line of a file of others is the start.
-#[test]
-fn channels_of_two_clocks_come_back() {
+/// A small file of channels of two clocks.
+pub(crate) fn small() -> Vec<u8> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("two.uff");
+    write_uff_recording(&path, &of_two_clocks()).unwrap();
+    std::fs::read(&path).unwrap()
+}
+
+fn of_two_clocks() -> Recording {
     let channel = |name: &str, count: usize| Channel {
         name: name.into(),
         unit: Unit::Newton,
@@ -29,7 +35,7 @@ fn channels_of_two_clocks_come_back() {
         rate_hz: SampleRate::new(hz).unwrap(),
         start_s: Seconds(start_s),
     };
-    let written = Recording::with_clocks(
+    Recording::with_clocks(
         vec![
             (channel("fast", 400), clock(1000.0, 0.0)),
             (channel("slow", 30), clock(100.0, 0.125)),
@@ -38,7 +44,13 @@ fn channels_of_two_clocks_come_back() {
         Condition::default(),
         Provenance::default(),
     )
-    .unwrap();
+    .unwrap()
+}
+
+/// Two clocks go out and come in again, with their starts; the date line of a file of others is the start.
+#[test]
+fn channels_of_two_clocks_come_back() {
+    let written = of_two_clocks();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("two.uff");
     write_uff_recording(&path, &written).unwrap();

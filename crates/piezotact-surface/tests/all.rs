@@ -8,5 +8,6 @@ mod shared_data;
 mod support;
 mod texture;
 mod topography;
+mod topography_array;
 mod topography_formats;
 mod topography_text;

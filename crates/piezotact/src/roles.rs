@@ -1,5 +1,7 @@
 //! Channel roles: which channels of a recording are the vibration, the forces and the motion.
 
+mod clock;
+
 use serde::{Deserialize, Serialize};
 
 use crate::quantity::{SampleRate, Unit};

@@ -38,6 +38,7 @@ mod studies;
 mod study;
 mod touch_golden;
 mod touching;
+mod tracker;
 mod transfer;
 mod vibrations;
 mod warnings;

@@ -77,10 +77,10 @@ pub(crate) struct Arguments {
     /// The unit of the coordinates in a text file without units, such as mm.
     #[arg(long, value_name = "UNIT", value_parser = length_unit, allow_hyphen_values = true)]
     x_unit: Option<f64>,
-    /// The unit of the heights in a text file without units, such as um.
+    /// The unit of the heights in a text file without units, or in an array (NPY, MAT), such as um.
     #[arg(long, value_name = "UNIT", value_parser = length_unit, allow_hyphen_values = true)]
     z_unit: Option<f64>,
-    /// The spacing of the points in a text file without coordinates, such as 0.5um.
+    /// The spacing of the points in a text file without coordinates, or in an array (NPY, MAT), such as 0.5um.
     #[arg(long, value_name = "LENGTH", value_parser = length, allow_hyphen_values = true)]
     step: Option<f64>,
     /// Also evaluates the lines of a height map along its rows (x) or columns (y) as profiles: Ra, Rz and Rq beside Sa, and the

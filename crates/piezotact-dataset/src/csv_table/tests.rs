@@ -143,6 +143,30 @@ fn a_table_of_channels_in_rows_is_refused_at_its_header() {
 }
 
 #[test]
+fn a_table_with_more_channels_than_samples_is_taken_for_channels_in_rows() {
+    let table = |channels: usize, rows: usize| {
+        let names: String = (0..channels).map(|i| format!(",c{i} (N)")).collect();
+        let row = |at: usize| format!("{}{}\n", at as f64 / 1000.0, ",1.5".repeat(channels));
+        format!(
+            "time (s){names}\n{}",
+            (0..rows).map(row).collect::<String>()
+        )
+    };
+    let error = read(&table(100, 3)).unwrap_err().to_string();
+    for part in [
+        "expected samples in rows and channels in columns",
+        "found 3 rows with 100 columns",
+        "transpose it",
+    ] {
+        assert!(error.contains(part), "no {part} in {error}");
+    }
+    // A skin of many taxels has more samples; a table of a few rows is short, and no more.
+    for (channels, rows) in [(100, 100), (6, 3)] {
+        assert_eq!(read(&table(channels, rows)).unwrap().len(), rows);
+    }
+}
+
+#[test]
 fn a_guess_is_a_warning() {
     let r = read("timestamp, channel1\n266239,106\n266267,103\n266295,101\n").unwrap();
     assert!((r.rate().hz() - 35.714).abs() < 1e-3);

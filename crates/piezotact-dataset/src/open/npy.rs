@@ -53,6 +53,56 @@ pub(super) const NPY: Format<FileKind, Reader> = Format {
     },
 };
 
+/// Real numbers in rows and columns, as a file holds them without a unit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NumberTable {
+    /// How many numbers are in a row.
+    pub columns: usize,
+    /// Row after row.
+    pub values: Vec<f64>,
+}
+
+impl NumberTable {
+    /// The table of numbers that stand column after column.
+    #[must_use]
+    pub fn of_columns(rows: usize, columns: usize, numbers: &[f64]) -> Self {
+        let of_row = |row: usize| numbers.iter().skip(row).step_by(rows.max(1)).copied();
+        Self {
+            columns,
+            values: (0..rows).flat_map(of_row).collect(),
+        }
+    }
+}
+
+/// Whether `head` begins a `.npy` file.
+#[must_use]
+pub fn is_npy(head: &[u8]) -> bool {
+    head.starts_with(MAGIC)
+}
+
+/// The array of the `.npy` file in `bytes`, of one or two dimensions; one of one dimension, or of one column, is a row.
+///
+/// # Errors
+/// [`ReadError`] for what is no whole array of real numbers, and for other dimensions.
+pub fn parse_npy(path: &Path, bytes: &[u8]) -> Result<NumberTable, ReadError> {
+    let array = Array::parse(path, "the array", bytes)?;
+    match (array.shape.as_slice(), array.order) {
+        ([columns] | [columns, 1], _) | ([_, columns], Order::C) => Ok(NumberTable {
+            columns: *columns,
+            values: array.values,
+        }),
+        ([rows, columns], Order::Fortran) => {
+            Ok(NumberTable::of_columns(*rows, *columns, &array.values))
+        }
+        (other, _) => Err(ReadError::content(
+            path,
+            "an array of one or two dimensions",
+            format!("{} dimensions", other.len()),
+            "save one row, or rows and columns",
+        )),
+    }
+}
+
 /// What a file's arrays are.
 #[derive(Default)]
 struct Parts {

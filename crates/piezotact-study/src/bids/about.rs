@@ -3,6 +3,7 @@
 use std::fmt;
 
 use piezotact::number::counted;
+use piezotact_people::campaign::protocol::Protocol;
 use serde::{Deserialize, Serialize};
 
 /// What a data set says of itself.
@@ -18,19 +19,30 @@ pub struct DatasetAbout<'a> {
     pub program: &'a str,
     /// What the study is known by: files of two studies have two.
     pub study: &'a str,
-    /// The protocol as it is written.
-    pub protocol: &'a str,
+    /// The protocol that was followed; absent for recordings of a laboratory without a campaign, which have no sessions.
+    pub followed: Option<Followed<'a>>,
     /// How the study was simulated, in words; absent for one with people.
     pub simulated: Option<&'a str>,
     /// What a person should know before relying on it, in words.
     pub warnings: &'a [String],
 }
 
+/// The protocol of a study.
+#[derive(Clone, Copy, Debug)]
+pub struct Followed<'a> {
+    /// What it says.
+    pub protocol: &'a Protocol,
+    /// As it is written.
+    pub text: &'a str,
+}
+
 /// A participant.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Person {
     pub pseudonym: String,
-    /// Whether nobody answered: how a virtual volunteer judges.
+    /// Whether nobody took part: simulated.
+    pub is_virtual: bool,
+    /// How a virtual volunteer judges; absent for a person, and where nothing was judged.
     pub judge: Option<String>,
     /// The age in years, as stated at the first session that states it.
     pub age_years: Option<u32>,
@@ -38,7 +50,7 @@ pub struct Person {
     pub sex: Option<String>,
     /// The handedness as stated.
     pub handedness: Option<String>,
-    /// When the first session was begun, in ms since 1970-01-01 00:00 UTC.
+    /// When the first session or recording was begun, in ms since 1970-01-01 00:00 UTC.
     pub first_ms: i64,
 }
 

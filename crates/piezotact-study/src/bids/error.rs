@@ -20,7 +20,7 @@ pub enum BidsError {
     Held { folder: PathBuf },
     /// A name has no letter and no digit.
     #[error(
-        "expected a {what} with a letter or digit (A to Z, 0 to 9), of which BIDS makes the names of files, found `{name}`; rename it in the protocol"
+        "expected a {what} with a letter or digit (A to Z, 0 to 9), of which BIDS makes the names of files, found `{name}`; rename it in the protocol, or where the recordings state it"
     )]
     NoLabel {
         /// "participant", "session", "task" or "sample".

@@ -1,4 +1,5 @@
-//! A study in the Brain Imaging Data Structure (BIDS), which other programs open: written, read back, and checked.
+//! A study, or the recordings of a laboratory, in the Brain Imaging Data Structure (BIDS), which other programs open: written, read
+//! back, and checked.
 //!
 //! Behaviour alone has no modality of its own in BIDS, and touch has none at all. Continuous signals of a finger are `physio`, drives
 //! are `stim`, strokes and trials are `events`, answers are `beh`, all in the folder `beh` of a session (docs/decisions/store.md). What is derived
@@ -19,7 +20,7 @@ mod table;
 mod tree;
 mod write;
 
-pub use about::{DatasetAbout, NotCarried, Person, SessionFacts};
+pub use about::{DatasetAbout, Followed, NotCarried, Person, SessionFacts};
 pub use check::{Checked, Problem, ProblemKind, SecondOpinion, check};
 pub use error::BidsError;
 pub use folder::{NewFolder, require_outside};

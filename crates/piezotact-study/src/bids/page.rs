@@ -51,7 +51,10 @@ impl Shown for Exported {
         let sentence = format!(
             "{} in {}: a data set of {}; `piezotact bids check` checks it",
             counted(self.participants, "participant"),
-            counted(self.sessions, "session"),
+            match self.sessions {
+                0 => counted(self.recordings, "recording"),
+                count => counted(count, "session"),
+            },
             counted(self.files, "file")
         );
         let numbers = [

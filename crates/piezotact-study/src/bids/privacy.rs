@@ -29,6 +29,16 @@ impl Calendar {
         }
     }
 
+    /// The ms from 1970-01-01 00:00 to a start time: in UTC, or on the clock of an unknown time zone.
+    #[must_use]
+    pub fn ms_since_1970(started: &StartTime) -> Option<i64> {
+        let text = String::from(started.clone());
+        match is_in_zone(&text) {
+            true => started.unix_ms(),
+            false => ms_of(&text),
+        }
+    }
+
     /// `at_ms` on this calendar, both in ms since 1970-01-01 00:00 UTC.
     #[must_use]
     pub fn shifted_ms(self, at_ms: i64) -> i64 {
@@ -45,9 +55,7 @@ impl Calendar {
     #[must_use]
     pub fn start(self, started: &StartTime) -> String {
         let text = String::from(started.clone());
-        let in_zone =
-            text.ends_with('Z') || text.get(19..).is_some_and(|rest| rest.contains(['+', '-']));
-        if let (true, Some(at_ms)) = (in_zone, started.unix_ms()) {
+        if let (true, Some(at_ms)) = (is_in_zone(&text), started.unix_ms()) {
             return self.text(at_ms);
         }
         let shift_s = (self.days * DAY_MS / 1000) as f64;
@@ -58,6 +66,11 @@ impl Calendar {
             .map_or(shifted.len(), |dot| (dot + 7).min(shifted.len()));
         shifted[..end].to_owned()
     }
+}
+
+/// Whether a start time states its time zone.
+fn is_in_zone(text: &str) -> bool {
+    text.ends_with('Z') || text.get(19..).is_some_and(|rest| rest.contains(['+', '-']))
 }
 
 /// A time in ms since 1970-01-01 00:00 UTC as BIDS has times.

@@ -12,14 +12,14 @@ use std::path::{Path, PathBuf};
 use piezotact::Warning;
 use piezotact::document::Content;
 use piezotact::page::{Cell, Column, Table};
+use piezotact::recording::StartTime;
 use piezotact_people::association::{
     Behaviour, BehaviourMeanings, behaviour_meanings, is_recorded,
 };
 use piezotact_people::campaign::dictionary::columns_of;
-use piezotact_people::campaign::protocol::Protocol;
 use serde::Serialize;
 
-use super::about::{DatasetAbout, NotCarried, Person, SessionFacts};
+use super::about::{DatasetAbout, Followed, NotCarried, Person, SessionFacts};
 use super::error::BidsError;
 use super::folder::NewFolder;
 use super::json::{DatasetLinks, Description, GeneratedBy, SourceDataset};
@@ -68,13 +68,12 @@ impl Content for Exported {
 #[derive(Debug)]
 pub struct BidsWriter<'a> {
     about: DatasetAbout<'a>,
-    protocol: &'a Protocol,
     meanings: Vec<BehaviourMeanings>,
     folder: NewFolder,
-    people: BTreeMap<String, (Person, Calendar)>,
+    people: BTreeMap<String, Person>,
     sessions: Vec<(String, SessionFacts)>,
     /// The data files of each session, with their times.
-    scans: BTreeMap<(String, String), Vec<Scan>>,
+    scans: BTreeMap<(String, Option<String>), Vec<Scan>>,
     runs: BTreeMap<Entities, u32>,
     brain_runs: BTreeMap<Entities, u32>,
     /// How many values of a kind were derived.
@@ -91,8 +90,17 @@ pub struct BidsWriter<'a> {
     dated: usize,
 }
 
-/// A data file, re the folder of its session, with its time.
-type Scan = (String, Option<String>);
+/// A data file, re the folder of its session, or of its participant where there are no sessions, with its time.
+type Scan = (String, Option<Began>);
+
+/// When something was begun.
+#[derive(Clone, Debug)]
+enum Began {
+    /// In ms since 1970-01-01 00:00 UTC.
+    At(i64),
+    /// As a recording states it.
+    Start(StartTime),
+}
 
 /// Which of the labels.
 const PARTICIPANT: usize = 0;
@@ -101,34 +109,32 @@ const TASK: usize = 2;
 const SAMPLE: usize = 3;
 
 impl<'a> BidsWriter<'a> {
-    /// Begins a data set of the study of `protocol` that will stand at `place`.
+    /// Begins a data set that will stand at `place`.
     ///
     /// # Errors
     /// [`BidsError::Exists`] where something stands there, [`BidsError::Clash`] and [`BidsError::NoLabel`] for names of the protocol
     /// that make no names of files, and [`BidsError::Write`].
-    pub fn create(
-        place: &Path,
-        about: DatasetAbout<'a>,
-        protocol: &'a Protocol,
-    ) -> Result<Self, BidsError> {
+    pub fn create(place: &Path, about: DatasetAbout<'a>) -> Result<Self, BidsError> {
         let mut labels = ["participant", "session", "task", "sample"].map(Labels::of);
-        for session in &protocol.sessions {
-            labels[SESSION].label(&session.name)?;
-        }
-        for task in &protocol.tasks {
-            labels[TASK].label(&task.name)?;
-        }
-        let made = protocol.stimuli.iter().map(|stimulus| &stimulus.name);
-        for name in protocol.samples.iter().chain(made) {
-            labels[SAMPLE].label(name)?;
+        if let Some(Followed { protocol, .. }) = about.followed {
+            for session in &protocol.sessions {
+                labels[SESSION].label(&session.name)?;
+            }
+            for task in &protocol.tasks {
+                labels[TASK].label(&task.name)?;
+            }
+            let made = protocol.stimuli.iter().map(|stimulus| &stimulus.name);
+            for name in protocol.samples.iter().chain(made) {
+                labels[SAMPLE].label(name)?;
+            }
         }
         // No sample may have the label of the events of a session.
         labels[SAMPLE].label(TRIALS)?;
         let folder = NewFolder::beside(place)?;
+        let meanings = about.followed.map(|of| behaviour_meanings(of.protocol));
         Ok(Self {
             about,
-            protocol,
-            meanings: behaviour_meanings(protocol),
+            meanings: meanings.unwrap_or_default(),
             folder,
             people: BTreeMap::new(),
             sessions: Vec::new(),
@@ -153,10 +159,13 @@ impl<'a> BidsWriter<'a> {
     /// [`BidsError::Clash`], [`BidsError::NoLabel`].
     pub fn person(&mut self, person: Person) -> Result<(), BidsError> {
         self.labels[PARTICIPANT].label(&person.pseudonym)?;
-        let calendar = Calendar::beginning(person.first_ms);
-        self.people
-            .insert(person.pseudonym.clone(), (person, calendar));
+        self.people.insert(person.pseudonym.clone(), person);
         Ok(())
+    }
+
+    fn calendar(&self, pseudonym: &str) -> Option<Calendar> {
+        let person = self.people.get(pseudonym)?;
+        Some(Calendar::beginning(person.first_ms))
     }
 
     /// Adds a session of a participant who was added.
@@ -172,15 +181,21 @@ impl<'a> BidsWriter<'a> {
     fn entities(
         &mut self,
         participant: &str,
-        session: &str,
+        session: Option<&str>,
         task: &str,
     ) -> Result<Entities, BidsError> {
         Ok(Entities {
             sub: self.labels[PARTICIPANT].label(participant)?,
-            ses: Some(self.labels[SESSION].label(session)?),
+            ses: self.session_label(session)?,
             task: Some(self.labels[TASK].label(task)?),
             ..Entities::default()
         })
+    }
+
+    fn session_label(&mut self, session: Option<&str>) -> Result<Option<String>, BidsError> {
+        session
+            .map(|name| self.labels[SESSION].label(name))
+            .transpose()
     }
 
     /// Copies the drive of `stimulus` that is in `file`; gives its name re the folder of stimuli.
@@ -217,11 +232,8 @@ impl<'a> BidsWriter<'a> {
         behaviour: &Behaviour,
         began_ms: Option<i64>,
     ) -> Result<(), BidsError> {
-        let of = self.entities(participant, session, &behaviour.task)?;
-        let calendar = self.people.get(participant).map(|(_, calendar)| *calendar);
-        let time = calendar
-            .zip(began_ms)
-            .map(|(calendar, at_ms)| calendar.text(at_ms));
+        let of = self.entities(participant, Some(session), &behaviour.task)?;
+        let time = began_ms.map(Began::At);
         let mut names = Vec::new();
         if !behaviour.responses.rows.is_empty() {
             let file = of.file("beh", "tsv");
@@ -231,7 +243,8 @@ impl<'a> BidsWriter<'a> {
             self.answers += behaviour.responses.rows.len();
             names.push(file);
         }
-        let task = self.protocol.task(&behaviour.task);
+        let followed = self.about.followed;
+        let task = followed.and_then(|of| of.protocol.task(&behaviour.task));
         let file = match task.is_some_and(|task| is_recorded(&task.kind)) {
             true => of.of_session().file("events", "tsv"),
             false => of.file("events", "tsv"),
@@ -240,7 +253,7 @@ impl<'a> BidsWriter<'a> {
             .put_text(&file, &tsv_text(&behaviour.events, &file)?)?;
         self.with_events.insert(behaviour.task.clone());
         names.push(file);
-        let key = (participant.to_owned(), session.to_owned());
+        let key = (participant.to_owned(), Some(session.to_owned()));
         let scans = self.scans.entry(key).or_default();
         for name in names {
             let name = name
@@ -268,10 +281,15 @@ impl<'a> BidsWriter<'a> {
         warnings: &[String],
     ) -> Result<(Exported, PathBuf), BidsError> {
         self.participants()?;
-        self.session_tables()?;
+        if let Some(Followed { text, .. }) = self.about.followed {
+            self.session_tables()?;
+            self.folder.put_text(PROTOCOL, &without_comments(text))?;
+        } else {
+            for pseudonym in self.people.keys().cloned().collect::<Vec<_>>() {
+                self.scans_table(&pseudonym, None)?;
+            }
+        }
         self.task_sidecars()?;
-        self.folder
-            .put_text(PROTOCOL, &without_comments(self.about.protocol))?;
         let exported = Exported {
             participants: self.people.len(),
             sessions: self.sessions.len(),
@@ -282,7 +300,7 @@ impl<'a> BidsWriter<'a> {
             not_carried,
             warnings: Vec::new(),
         };
-        let readme = texts::readme(&self.about, self.protocol, (&exported, warnings));
+        let readme = texts::readme(&self.about, (&exported, warnings));
         self.folder.put_text("README.md", &readme)?;
         let description = |kind, hed_version, derived: Option<[SourceDataset; 1]>| Description {
             name: self.about.name,
@@ -329,10 +347,10 @@ impl<'a> BidsWriter<'a> {
             "pseudonym",
         ];
         let mut table = Table::new(names.map(|name| Column::new(name, name)));
-        for (pseudonym, (person, _)) in &self.people {
+        for (pseudonym, person) in &self.people {
             let label = self.labels[PARTICIPANT].label(pseudonym)?;
             let word = |word: Option<&'static str>| word.map_or(Cell::Missing(()), Cell::from);
-            let is_person = person.judge.is_none();
+            let is_person = !person.is_virtual;
             table.rows.push(vec![
                 Cell::from(format!("sub-{label}")),
                 word(is_person.then_some("homo sapiens")),
@@ -357,7 +375,7 @@ impl<'a> BidsWriter<'a> {
             for (_, facts) in own.cloned().collect::<Vec<_>>() {
                 let row = self.session_row(&pseudonym, &facts)?;
                 table.rows.push(row);
-                self.scans_table(&pseudonym, &facts)?;
+                self.scans_table(&pseudonym, Some(&facts.session))?;
             }
             let file = format!("sub-{sub}/sub-{sub}_sessions.tsv");
             self.folder.put_text(&file, &tsv_text(&table, &file)?)?;
@@ -374,9 +392,8 @@ impl<'a> BidsWriter<'a> {
         facts: &SessionFacts,
     ) -> Result<Vec<Cell>, BidsError> {
         let ses = self.labels[SESSION].label(&facts.session)?;
-        let person = self.people.get(pseudonym);
-        let calendar = person.map(|(_, calendar)| *calendar);
-        let judge = person.and_then(|(person, _)| person.judge.clone());
+        let calendar = self.calendar(pseudonym);
+        let judge = self.people.get(pseudonym).and_then(|of| of.judge.clone());
         let text = |text: &Option<String>| text.as_deref().map_or(Cell::Missing(()), Cell::from);
         let time = calendar.zip(facts.began_ms);
         Ok(vec![
@@ -397,22 +414,28 @@ impl<'a> BidsWriter<'a> {
         ])
     }
 
-    fn scans_table(&mut self, pseudonym: &str, facts: &SessionFacts) -> Result<(), BidsError> {
-        let key = (pseudonym.to_owned(), facts.session.clone());
+    fn scans_table(&mut self, pseudonym: &str, session: Option<&str>) -> Result<(), BidsError> {
+        let key = (pseudonym.to_owned(), session.map(str::to_owned));
         let Some(scans) = self.scans.get(&key) else {
             return Ok(());
+        };
+        let calendar = self.calendar(pseudonym);
+        let on_calendar = |time: &Began| match time {
+            Began::At(at_ms) => calendar.map(|calendar| calendar.text(*at_ms)),
+            Began::Start(started) => calendar.map(|calendar| calendar.start(started)),
         };
         let mut table = Table::new(["filename", "acq_time"].map(|name| Column::new(name, name)));
         table.rows = scans
             .iter()
             .map(|(name, time)| {
-                let time = time.as_deref().map_or(Cell::Missing(()), Cell::from);
+                let time = time.as_ref().and_then(on_calendar);
+                let time = time.map_or(Cell::Missing(()), Cell::from);
                 vec![Cell::from(name.as_str()), time]
             })
             .collect();
         let of = Entities {
             sub: self.labels[PARTICIPANT].label(pseudonym)?,
-            ses: Some(self.labels[SESSION].label(&facts.session)?),
+            ses: self.session_label(session)?,
             ..Entities::default()
         };
         let file = format!("{}/{of}_scans.tsv", of.folder());
@@ -421,7 +444,10 @@ impl<'a> BidsWriter<'a> {
 
     /// The sidecars of the answers and events of each task, which stand at the root.
     fn task_sidecars(&mut self) -> Result<(), BidsError> {
-        for (task, meanings) in self.protocol.tasks.iter().zip(self.meanings.clone()) {
+        let Some(Followed { protocol, .. }) = self.about.followed else {
+            return self.recording_events_sidecars();
+        };
+        for (task, meanings) in protocol.tasks.iter().zip(self.meanings.clone()) {
             let label = self.labels[TASK].label(&task.name)?;
             if self.with_answers.contains(&task.name) {
                 let sidecar = texts::TaskSidecar {
@@ -444,6 +470,18 @@ impl<'a> BidsWriter<'a> {
                 self.folder
                     .put_json(&format!("task-{label}_events.json"), &columns)?;
             }
+        }
+        Ok(())
+    }
+
+    /// The sidecars of the events of recordings without a campaign, which stand at the root.
+    fn recording_events_sidecars(&mut self) -> Result<(), BidsError> {
+        for task in self.with_events.clone() {
+            let label = self.labels[TASK].label(&task)?;
+            let kinds = self.kinds.get(&task).cloned().unwrap_or_default();
+            let columns = texts::of_recording_events(&kinds);
+            self.folder
+                .put_json(&format!("task-{label}_events.json"), &columns)?;
         }
         Ok(())
     }

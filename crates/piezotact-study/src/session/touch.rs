@@ -176,14 +176,14 @@ fn strokes_in(recording: &Recording) -> Option<u32> {
     if roles.normal_force.is_none() && roles.motion.is_none() {
         return None;
     }
-    let recording = recording.clone().on_the_clock_of(roles.channels()).ok()?;
+    let (recording, measured) = roles.on_one_clock(recording.clone()).ok()?;
     let expected = Expected {
         load_n: None,
         speed_m_s: None,
         judging: Judging::Sliding,
     };
     match segment(&recording, &roles, expected) {
-        Ok(found) => u32::try_from(found.strokes.len()).ok(),
+        Ok(found) => u32::try_from(found.within(&measured).strokes.len()).ok(),
         Err(SegmentError::TooShort { .. }) => Some(0),
         Err(_cannot_be_cut) => None,
     }

@@ -5,6 +5,7 @@
 //! refused until a person states it: a wrong guess would be wrong by a factor of a thousand, and look right.
 
 mod al3d;
+mod array;
 mod bcr;
 mod grid;
 mod plu;
@@ -26,6 +27,8 @@ use piezotact::surface::{HeightMap, SurfaceError};
 
 use piezotact_dataset::ReadError;
 use piezotact_dataset::format::{self, Format, Recognition};
+use piezotact_dataset::is_npy;
+use piezotact_dataset::matlab::looks_like_mat;
 use source::Source;
 
 pub use sur::write_sur;
@@ -37,7 +40,7 @@ const WIDEST_STEP_M: f64 = 1.0;
 /// Files beyond this many bytes are not read into memory.
 const LARGEST_FILE: u64 = 4 << 30;
 
-/// What a person adds to a text that does not state its scale. Binary formats state theirs.
+/// What a person adds to a text or an array that does not state its scale. Other binary formats state theirs.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TopographyOptions {
     /// The step between points in m, for heights without coordinates.
@@ -79,6 +82,10 @@ pub enum TopographyKind {
     HeightText,
     /// Surfcom: length, number, heights.
     Surfcom,
+    /// An array of NumPy.
+    Npy,
+    /// A matrix in a MATLAB file.
+    Mat,
 }
 
 impl std::fmt::Display for TopographyKind {
@@ -98,6 +105,8 @@ impl std::fmt::Display for TopographyKind {
             Self::ProfileText => "text with columns x, z",
             Self::HeightText => "text with one column of heights",
             Self::Surfcom => "Surfcom profile",
+            Self::Npy => "NPY (NumPy)",
+            Self::Mat => "MAT (MATLAB)",
         })
     }
 }
@@ -164,7 +173,7 @@ pub fn parse_topography(
 type Reader = fn(Source<'_>, &TopographyOptions) -> Result<Read, ReadError>;
 
 /// The formats of topographies, in the order in which they are looked for; a kind is the usual one of its format.
-static TOPOGRAPHIES: [Format<TopographyKind, Reader>; 7] = [
+static TOPOGRAPHIES: [Format<TopographyKind, Reader>; 9] = [
     Format {
         kind: TopographyKind::Sur,
         label: "SUR",
@@ -208,6 +217,20 @@ static TOPOGRAPHIES: [Format<TopographyKind, Reader>; 7] = [
         endings: &["plu"],
         sniff: Recognition::Whole(|path, bytes| plu::is_plu(Source { path, bytes })),
         read: |source, _| plu::read(source),
+    },
+    Format {
+        kind: TopographyKind::Npy,
+        label: "NPY",
+        endings: &["npy"],
+        sniff: Recognition::Head(is_npy),
+        read: array::npy,
+    },
+    Format {
+        kind: TopographyKind::Mat,
+        label: "MAT",
+        endings: &["mat"],
+        sniff: Recognition::Whole(|_, bytes| looks_like_mat(bytes)),
+        read: array::mat,
     },
     // A text that is nothing else, with a point, a row or a height in each line: this row stays the last one.
     Format {

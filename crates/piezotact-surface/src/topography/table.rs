@@ -104,7 +104,7 @@ impl Table {
     pub(super) fn read(source: Source<'_>) -> Result<Self, ReadError> {
         let Some(text) = decode(source.bytes) else {
             return Err(source.wrong(
-                "a topography: SUR, X3P, PLU, AL3D, BCR, SDF or text",
+                "a topography: SUR, X3P, PLU, AL3D, BCR, SDF, NPY, MAT or text",
                 "a binary file of an unknown kind",
                 "export it as SUR, X3P, SDF or text",
             ));

@@ -26,12 +26,14 @@ use crate::clipping::{ClippedAt, ClippingWarning, Rails};
 use crate::filter::{HighPass, ZeroPhase};
 use crate::quantity::{Band, Hertz, SampleRate, Uncalibrated, Unit};
 use crate::recording::{Recording, RecordingError};
+use crate::roles::Roles;
 use crate::spectrum::{
     EstimateError, RECOMMENDED_SEGMENTS, WelchConfig, amplitude_spectrum, segments_in,
 };
 use crate::stroke::{
     Interval, SegmentError, Segmentation, Signals, Stroke, StrokeWarning, Unusual,
 };
+use crate::warning::words::first_of;
 use crate::warning::{Few, FewWarning, Warning};
 
 /// Fewer strokes than this in an average are a warning.
@@ -325,7 +327,7 @@ const GESTURE_SHARE: f64 = 0.1;
 /// averages over strokes.
 ///
 /// # Errors
-/// [`FeatureError::NoStroke`] without strokes, [`FeatureError::NoVibration`] without a channel that vibrates, and
+/// [`FeatureError::NoStroke`] without strokes, [`FeatureError::NoVibration`] without a channel of vibration, and
 /// those of filters and spectra.
 pub fn analyse(
     recording: &Recording,
@@ -471,7 +473,7 @@ pub struct Vibrations {
 /// Source: [`ZeroPhase`].
 ///
 /// # Errors
-/// [`FeatureError::NoVibration`] when none is left, [`FeatureError::Series`] for a filter that cannot be.
+/// [`FeatureError::NoVibration`] without a channel of vibration, [`FeatureError::ConstantVibration`] when none changes, [`FeatureError::Series`] for a filter that cannot be.
 pub fn vibrations(
     recording: &Recording,
     segmentation: &Segmentation,
@@ -513,11 +515,27 @@ pub fn vibrations(
         });
     }
     Ok(Vibrations {
-        unit: unit.ok_or(FeatureError::NoVibration)?,
+        unit: unit.ok_or_else(|| no_vibration(recording, &segmentation.roles))?,
         names,
         channels,
         warnings,
     })
+}
+
+/// Why nothing vibrates: no channel is one of vibration, or all that are never change.
+fn no_vibration(recording: &Recording, roles: &Roles) -> FeatureError {
+    match roles.vibration.as_slice() {
+        [] => FeatureError::NoVibration {
+            channels: recording
+                .channels()
+                .iter()
+                .map(|channel| format!("`{}` ({})", channel.name, channel.unit))
+                .collect(),
+        },
+        named => FeatureError::ConstantVibration {
+            channels: named.iter().map(|name| format!("`{name}`")).collect(),
+        },
+    }
 }
 
 /// The warning that what lies below 5 Hz was kept and is a tenth of the power or more.
@@ -597,11 +615,25 @@ pub enum FeatureError {
     /// There is no stroke.
     #[error("there is no stroke: look at what was rejected, and why")]
     NoStroke,
-    /// There is no vibration.
+    /// No channel is one of vibration.
     #[error(
-        "every channel is constant, so there is no vibration: name a channel or check its cable"
+        "expected a channel of vibration (in m/s² or g, or without a role), found {}; record the acceleration, state the unit of its channel, or \
+            name the channel",
+        first_of(channels, ", ")
     )]
-    NoVibration,
+    NoVibration {
+        /// All channels, with their units.
+        channels: Vec<String>,
+    },
+    /// The channels of vibration never change.
+    #[error(
+        "expected a channel of vibration that changes, found one value throughout in {}; check its cable, or name another channel",
+        first_of(channels, ", ")
+    )]
+    ConstantVibration {
+        /// The channels.
+        channels: Vec<String>,
+    },
     /// Channels of several quantities.
     #[error(
         "expected vibrations in one unit, found {first} and `{channel}` in {found}; name channels of one kind"

@@ -173,6 +173,17 @@ impl Recording {
         }
     }
 
+    /// Gives the channel `name` other samples, on `clock`.
+    pub(crate) fn put_on_clock(&mut self, name: &str, samples: Vec<f64>, clock: Clock) {
+        let mut each: Vec<Clock> = self.channels_with_clocks().map(|(_, of)| of).collect();
+        let named = self.channels.iter().position(|one| one.name == name);
+        if let Some(at) = named {
+            self.channels[at].samples = samples;
+            each[at] = clock;
+            (self.clocks, self.clock_of) = Clock::numbered(&each);
+        }
+    }
+
     /// The part of the recording that holds the channels of the clock that those of these names share; the whole of it
     /// where it has one clock. Its annotations are counted from the first sample of that clock.
     ///

@@ -334,6 +334,30 @@ pub enum Clocks {
         rounded(1e3 * most_s)
     )]
     Force { uncertainty_s: f64, most_s: f64 },
+    /// A motion with a clock of its own was placed on that of the vibration.
+    #[error(
+        "`{channel}` has a clock of its own, {} Hz, which begins {} than that of `{onto}`, {} Hz: it was placed there by time, with straight lines \
+            between its samples{}",
+        rounded(*rate_hz),
+        match *later_s < 0.0 {
+            true => format!("{:.4} s earlier", -later_s),
+            false => format!("{later_s:.4} s later"),
+        },
+        rounded(*onto_hz),
+        outside.map_or(String::new(), |[from_s, to_s]| format!(
+            "; it was measured from {from_s:.3} s to {to_s:.3} s alone, and strokes outside are rejected"
+        ))
+    )]
+    Motion {
+        channel: String,
+        rate_hz: f64,
+        later_s: f64,
+        onto: String,
+        onto_hz: f64,
+        /// Where it was measured, in s; absent where it always was.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        outside: Option<[f64; 2]>,
+    },
 }
 
 impl Clocks {
@@ -348,6 +372,9 @@ impl Clocks {
                 "check whether the rate of the sound output changes, or the sensor moves"
             }
             Self::Force { .. } => "close other programs; measure again",
+            Self::Motion { .. } => {
+                "check that both devices state their start by one clock: speeds and places are off by what it is wrong"
+            }
         }
     }
 }

@@ -58,7 +58,7 @@ fn strokes_of(recording: &Recording, vibration: &str) -> (Vec<Interval>, Option<
     if plays || (roles.normal_force.is_none() && roles.motion.is_none()) {
         return (Vec::new(), None);
     }
-    let Ok(recording) = recording.clone().on_the_clock_of(roles.channels()) else {
+    let Ok((recording, measured)) = roles.on_one_clock(recording.clone()) else {
         return (Vec::new(), None);
     };
     let condition = &recording.about.condition;
@@ -67,7 +67,8 @@ fn strokes_of(recording: &Recording, vibration: &str) -> (Vec<Interval>, Option<
         speed_m_s: condition.speed_m_s,
         judging: Judging::Sliding,
     };
-    match segment(&recording, &roles, expected) {
+    let found = segment(&recording, &roles, expected);
+    match found.map(|found| found.within(&measured)) {
         Ok(found) if found.rule != Rule::Whole => {
             let several = found.strokes.is_empty() && found.rejected.len() > 1;
             let none_is_kept = several.then(|| found.rejection_warning()).flatten();

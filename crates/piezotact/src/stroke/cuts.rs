@@ -1,9 +1,11 @@
 //! Manual cuts: strokes that a person adds, changes or excludes after the automatic segmentation.
 
+use std::ops::Range;
+
 use serde::{Deserialize, Serialize};
 
 use super::criteria::{JudgedPart, StrokeCriterion};
-use super::{CutBy, Interval, Reason, Segmentation, Stroke};
+use super::{CutBy, Interval, Reason, Rejected, Rule, Segmentation, Stroke};
 use crate::criterion::Limit;
 use crate::quantity::{SampleRate, Seconds};
 
@@ -98,6 +100,32 @@ impl Cuts {
         segmentation.rejected.sort_by_key(|r| r.interval.start);
         segmentation.cuts = Some(self.source.clone());
         (segmentation, outside)
+    }
+}
+
+impl Segmentation {
+    /// The same with the strokes rejected that are not `within` these samples, where the motion of another device was measured.
+    ///
+    /// Source: house rule; see [`crate::roles::Roles::on_one_clock`].
+    #[must_use]
+    pub fn within(mut self, within: &Range<usize>) -> Self {
+        if !matches!(self.rule, Rule::Force(_) | Rule::Speed(_)) {
+            return self;
+        }
+        let is_within = |stroke: &Stroke| {
+            within.start <= stroke.steady.start && stroke.steady.end <= within.end
+        };
+        let (strokes, outside): (Vec<Stroke>, Vec<Stroke>) =
+            self.strokes.into_iter().partition(is_within);
+        self.strokes = strokes;
+        self.rejected
+            .extend(outside.into_iter().map(|stroke| Rejected {
+                interval: stroke.contact,
+                reason: Reason::CutByRecording,
+                criteria: stroke.criteria,
+            }));
+        self.rejected.sort_by_key(|one| one.interval.start);
+        self
     }
 }
 

@@ -310,9 +310,7 @@ pub fn cut(recorded: Recorded, stated: &Stated) -> Result<AnalysedRecording, Stu
     }
     (recording.about.warnings).extend(roles.force_in_other_unit(&recording));
     recording.differentiate_velocities(&roles.vibration);
-    let recording = recording
-        .on_the_clock_of(roles.channels())
-        .map_err(in_recording)?;
+    let (recording, measured) = roles.on_one_clock(recording).map_err(in_recording)?;
     let expected = Expected {
         load_n: recording.about.condition.load_n,
         speed_m_s: recording.about.condition.speed_m_s,
@@ -323,6 +321,7 @@ pub fn cut(recorded: Recorded, stated: &Stated) -> Result<AnalysedRecording, Stu
             file: file.clone(),
             error,
         })?;
+    let segmentation = segmentation.within(&measured);
     let segmentation = with_cuts(segmentation, cuts.as_ref(), &recording);
     Ok(AnalysedRecording {
         file,

@@ -18,7 +18,7 @@ use piezotact_people::association::{
 use piezotact_people::campaign::dictionary::{ColumnMeaning, columns_of};
 use piezotact_people::campaign::plan::Plan;
 use piezotact_people::campaign::readiness::stimuli_of;
-use piezotact_study::bids::{Derived, Sources};
+use piezotact_study::bids::{Derived, Sources, Touched};
 use serde_json::json;
 
 use crate::commands::campaign::study::Study;
@@ -27,7 +27,7 @@ use crate::failure::{Failure, Outcome, usage};
 
 /// A derived value with everything that it is written with.
 pub(super) struct Owned {
-    of: Option<(String, String)>,
+    of: Option<(String, Option<String>)>,
     task: Option<String>,
     sample: Option<String>,
     desc: &'static str,
@@ -53,7 +53,7 @@ impl Owned {
     pub(super) fn borrowed(&self) -> Derived<'_> {
         Derived {
             of: (self.of.as_ref())
-                .map(|(participant, session)| (participant.as_str(), session.as_str())),
+                .map(|(participant, session)| (participant.as_str(), session.as_deref())),
             task: self.task.as_deref(),
             sample: self.sample.as_deref(),
             desc: self.desc,
@@ -76,11 +76,7 @@ fn columns(names: &[&str]) -> Table {
 }
 
 /// The mean power spectral density of the strokes of `take`, and the features of each.
-pub(super) fn of_strokes(
-    take: &AnalysedRecording,
-    (participant, session, task, sample): (&str, &str, &str, &str),
-    written: &str,
-) -> Vec<Owned> {
+pub(super) fn of_strokes(take: &AnalysedRecording, of: &Touched<'_>, written: &str) -> Vec<Owned> {
     let Some(analysis) = &take.analysis else {
         return Vec::new();
     };
@@ -122,9 +118,9 @@ pub(super) fn of_strokes(
     };
     let settings = json!({ "settings": analysis.config, "warnings": take.warnings() });
     let owned = |desc, suffix, table, columns, description| Owned {
-        of: Some((participant.to_owned(), session.to_owned())),
-        task: Some(task.to_owned()),
-        sample: Some(sample.to_owned()),
+        of: Some((of.participant.to_owned(), of.session.map(str::to_owned))),
+        task: Some(of.task.to_owned()),
+        sample: of.sample.map(str::to_owned),
         desc,
         suffix,
         table,
@@ -203,7 +199,7 @@ pub(super) fn of_drives(
             "warnings": verification.warnings,
         });
         all.push(Owned {
-            of: Some((participant.to_owned(), session.to_owned())),
+            of: Some((participant.to_owned(), Some(session.to_owned()))),
             task: None,
             sample: Some(stimulus.to_owned()),
             desc: "prepared",
@@ -218,19 +214,21 @@ pub(super) fn of_drives(
     Ok(all)
 }
 
-/// The transfer function in `path`; `session` gives the session of a participant of the study.
-pub(super) fn of_transfer(path: &Path, session: impl Fn(&str) -> Option<String>) -> Outcome<Owned> {
+/// The transfer function in `path`, of `otherwise` where it names nobody; `people` are those of the data set, each with the session
+/// where there are sessions.
+pub(super) fn of_transfer(
+    path: &Path,
+    otherwise: Option<&str>,
+    people: &BTreeMap<String, Option<String>>,
+) -> Outcome<Owned> {
     let function = read_transfer(path)?.function::<Drive, Acceleration>(path)?;
-    let participant = function
-        .about
-        .condition
-        .participant
-        .clone()
-        .unwrap_or_default();
-    let Some(session) = session(&participant) else {
+    let named = function.about.condition.participant.as_deref();
+    let participant = named.or(otherwise).unwrap_or_default().to_owned();
+    let Some(session) = people.get(&participant).cloned() else {
         return Err(usage(anyhow!(
-            "{}: expected the transfer function of a participant of the study, found {}; leave it out",
+            "{}: expected the transfer function of a participant of the data set ({}), found {}; leave it out",
             path.display(),
+            people.keys().cloned().collect::<Vec<_>>().join(", "),
             if participant.is_empty() {
                 "one that names nobody".to_owned()
             } else {

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use clap::Args;
-use piezotact::invocation::Found;
 use piezotact::quantity::Hertz;
 use piezotact::warning::{Warning, merged};
 use piezotact_dataset::eeg::read_eeg_source;
@@ -17,12 +16,12 @@ use piezotact_people::campaign::protocol::{Protocol, TaskKind};
 use piezotact_people::campaign::session::{Stage, State};
 use piezotact_people::campaign::store::{Purpose, SessionEntry};
 use piezotact_study::bids::{
-    BidsWriter, Brain, BrainAbout, DatasetAbout, Exported, NamedBy, NotCarried, Person,
+    BidsWriter, Brain, BrainAbout, DatasetAbout, Exported, Followed, NamedBy, NotCarried, Person,
     SessionFacts, Touched,
 };
 use piezotact_study::store::Pseudonym;
 
-use super::{derived, recordings};
+use super::{derived, laboratory, recordings};
 use crate::advice::merged_text;
 use crate::cli::Reading;
 use crate::commands::campaign::{simulated_as, study::Study};
@@ -34,7 +33,7 @@ use crate::places::outputs;
 use crate::progress::{Words, Work};
 use crate::reading::read;
 
-const WRITING: Words = Words {
+pub(super) const WRITING: Words = Words {
     doing: "writing",
     done: "written",
     item: "recording",
@@ -43,21 +42,27 @@ const WRITING: Words = Words {
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// The folder of the study.
-    #[arg(value_name = "STUDY")]
-    study: PathBuf,
+    /// The folder of the study; without one, the recordings are a data set without sessions.
+    #[arg(value_name = "STUDY", required_unless_present = "recordings")]
+    study: Option<PathBuf>,
     /// The folder to write, which is not there yet.
     #[arg(long, value_name = "FOLDER")]
-    out: PathBuf,
+    pub(super) out: PathBuf,
     /// Recordings of strokes, each of one participant and one sample.
     #[arg(long, value_name = "FILES", num_args = 1..)]
-    recordings: Vec<PathBuf>,
+    pub(super) recordings: Vec<PathBuf>,
     /// Pattern that reads participant and sample from the file names, such as '{participant}_{sample}_{repeat}'.
     #[arg(long, value_name = "PATTERN")]
-    meta: Option<NamePattern>,
+    pub(super) meta: Option<NamePattern>,
+    /// Without STUDY: the participant of recordings and transfer functions that name none.
+    #[arg(long, value_name = "NAME", conflicts_with = "study", value_parser = line)]
+    pub(super) participant: Option<String>,
+    /// Without STUDY: what was done, in one word.
+    #[arg(long, value_name = "NAME", conflicts_with = "study", default_value = "touch", value_parser = line)]
+    pub(super) task: String,
     /// EEG recordings, each of one participant and one task of the protocol.
     #[arg(long, value_name = "FILES", num_args = 1..)]
-    eeg: Vec<PathBuf>,
+    pub(super) eeg: Vec<PathBuf>,
     /// Pattern that reads participant and task from the names of the EEG files.
     #[arg(
         long,
@@ -74,20 +79,20 @@ pub(super) struct Arguments {
     line: Option<Hertz>,
     /// Transfer functions of the participants, as derived data.
     #[arg(long, value_name = "FILES", num_args = 1..)]
-    transfer: Vec<PathBuf>,
-    /// The name of the data set; default: the title of the protocol.
+    pub(super) transfer: Vec<PathBuf>,
+    /// The name of the data set; default: the title of the protocol, or `Recordings of touch`.
     #[arg(long, value_parser = line)]
-    name: Option<String>,
+    pub(super) name: Option<String>,
     /// An author, as to be cited; once for each.
     #[arg(long, value_name = "NAME", value_parser = line)]
-    author: Vec<String>,
+    pub(super) author: Vec<String>,
     /// The licence under which others may use it, such as CC0 or CC-BY-4.0.
     #[arg(long, value_parser = line)]
-    license: Option<String>,
+    pub(super) license: Option<String>,
     #[command(flatten)]
-    reading: Reading,
+    pub(super) reading: Reading,
     #[command(flatten)]
-    outputs: Outputs,
+    pub(super) outputs: Outputs,
 }
 
 /// A frequency with its unit.
@@ -99,7 +104,7 @@ fn frequency(text: &str) -> Result<Hertz, String> {
 }
 
 /// A line of text.
-fn line(text: &str) -> Result<String, String> {
+pub(super) fn line(text: &str) -> Result<String, String> {
     if text.trim().is_empty() {
         return Err("expected some words, found none; leave the option out".to_owned());
     }
@@ -115,8 +120,15 @@ struct Session<'a> {
 }
 
 pub(super) fn run(args: &Arguments) -> Outcome {
-    let study = Study::open(&args.study)?;
-    piezotact_study::bids::require_outside(&args.study, &args.out)?;
+    match &args.study {
+        Some(folder) => of_study(args, folder),
+        None => laboratory::run(args),
+    }
+}
+
+fn of_study(args: &Arguments, folder: &Path) -> Outcome {
+    let study = Study::open(folder)?;
+    piezotact_study::bids::require_outside(folder, &args.out)?;
     outputs(&[], &args.outputs.files())?;
     let live = study.live()?;
     let counted_in: Vec<&(SessionEntry, Plan)> = (live.iter())
@@ -128,10 +140,10 @@ pub(super) fn run(args: &Arguments) -> Outcome {
     if sessions.is_empty() {
         return Err(Failure::Data(anyhow!(
             "{}: expected a study with a session that counts, found none; export it when somebody took part",
-            args.study.display()
+            folder.display()
         )));
     }
-    let text = piezotact_dataset::read_input_text(&args.study.join("protocol.toml"))?;
+    let text = piezotact_dataset::read_input_text(&folder.join("protocol.toml"))?;
     let campaign = &study.campaign;
     let known_by = format!("{} {}", campaign.protocol_sha, campaign.seed);
     let known_by = Sha::of(known_by.as_bytes()).to_string();
@@ -144,11 +156,14 @@ pub(super) fn run(args: &Arguments) -> Outcome {
         license: args.license.as_deref(),
         program: PROGRAM,
         study: &known_by,
-        protocol: &text,
+        followed: Some(Followed {
+            protocol: &campaign.protocol,
+            text: &text,
+        }),
         simulated: simulated.as_deref(),
         warnings: &in_words,
     };
-    let writer = BidsWriter::create(&args.out, about, &campaign.protocol)?;
+    let writer = BidsWriter::create(&args.out, about)?;
     let left_out = [rehearsals, withdrawn];
     let (mut exported, place) = written(args, (&study, &sessions), writer, left_out)?;
     exported.warnings.extend(warnings);
@@ -262,6 +277,7 @@ impl Export<'_> {
             person.age_years = person.age_years.or(who.age_years);
             person.sex = person.sex.take().or(who.sex.clone());
             person.handedness = person.handedness.take().or(who.handedness.clone());
+            person.is_virtual |= who.judge.is_some();
             person.judge = person
                 .judge
                 .take()
@@ -319,9 +335,9 @@ impl Export<'_> {
                 let events = playing_events(trial, *element, one);
                 let touched = Touched {
                     participant,
-                    session: name,
+                    session: Some(name),
                     task: &trial.task,
-                    sample: &one.stimulus,
+                    sample: Some(&one.stimulus),
                     recording: &recording,
                     at_ms: None,
                     events: Some(&events),
@@ -343,31 +359,24 @@ impl Export<'_> {
     fn touched(&mut self) -> Outcome {
         let writing = Work::of_files(WRITING, &self.args.recordings);
         let between = Between::items("recording");
-        let mut known: BTreeMap<String, &PathBuf> = BTreeMap::new();
+        recordings::distinct(&self.args.recordings)?;
         for path in &self.args.recordings {
             goes_on()?;
-            let content = match piezotact_dataset::reads::found(path) {
-                Found::File { sha256, .. } => Some(sha256),
-                _ => None,
-            };
-            if let Some(other) = content.and_then(|content| known.insert(content, path)) {
-                return Err(usage(anyhow!(
-                    "expected recordings that differ, found {} with the bytes of {}; give one of them",
-                    path.display(),
-                    other.display()
-                )));
-            }
-            let strokes = recordings::strokes(path, self.args.meta.as_ref(), &self.args.reading)?;
-            let (session, task) = self.place_of(path, &strokes)?;
+            let meta = self.args.meta.as_ref();
+            let strokes = recordings::strokes(path, meta, None, &self.args.reading)?;
+            let sample = strokes.sample.clone();
+            let sample =
+                sample.ok_or_else(|| recordings::none_named(path, "sample", "or in a sidecar"))?;
+            let (session, task) = self.place_of(path, (&strokes.participant, &sample))?;
             if strokes.events.is_none() {
                 self.uncut += 1;
             }
             self.warnings.extend(strokes.warnings());
             let touched = Touched {
                 participant: &strokes.participant,
-                session: &session,
+                session: Some(&session),
                 task: &task,
-                sample: &strokes.sample,
+                sample: Some(&sample),
                 recording: &strokes.recording,
                 at_ms: None,
                 events: strokes.events.as_ref(),
@@ -375,18 +384,14 @@ impl Export<'_> {
                 named_by: NamedBy::Person,
             };
             let written = self.writer.recording(&touched)?;
-            let key = (strokes.participant.clone(), strokes.sample.clone());
+            let key = (strokes.participant.clone(), sample.clone());
             self.sources
                 .entry(key.clone())
                 .or_default()
                 .push(written.clone());
             self.recorded.insert(key);
             if let Some(take) = &strokes.take {
-                for one in derived::of_strokes(
-                    take,
-                    (&strokes.participant, &session, &task, &strokes.sample),
-                    &written,
-                ) {
+                for one in derived::of_strokes(take, &touched, &written) {
                     self.writer.derived(&one.borrowed())?;
                 }
             }
@@ -397,36 +402,40 @@ impl Export<'_> {
     }
 
     /// The session and the task of the recording in `path`.
-    fn place_of(&self, path: &Path, strokes: &recordings::Strokes) -> Outcome<(String, String)> {
+    fn place_of(
+        &self,
+        path: &Path,
+        (participant, sample): (&str, &String),
+    ) -> Outcome<(String, String)> {
         let refused = |text: String| usage(anyhow!("{}: {text}", path.display()));
         let known: BTreeSet<&str> = self
             .sessions
             .iter()
             .map(|one| one.participant.as_str())
             .collect();
-        if !known.contains(strokes.participant.as_str()) {
+        if !known.contains(participant) {
             return Err(refused(format!(
                 "expected a recording of a participant of the study ({}), found one of {}; correct its name, or leave it out",
                 known.into_iter().collect::<Vec<_>>().join(", "),
-                strokes.participant
+                participant
             )));
         }
-        if !self.protocol.samples.contains(&strokes.sample) {
+        if !self.protocol.samples.contains(sample) {
             return Err(refused(format!(
                 "expected a recording of a sample of the protocol ({}), found one of {}; correct its name, or leave it out",
                 self.protocol.samples.join(", "),
-                strokes.sample
+                sample
             )));
         }
         let own = self
             .sessions
             .iter()
-            .filter(|one| one.participant.as_str() == strokes.participant);
+            .filter(|one| one.participant.as_str() == participant);
         for session in own {
             let mut touching = session.state.trials().filter(|(trial, _)| {
                 let task = self.protocol.task(&trial.task);
                 task.is_some_and(|task| matches!(task.kind, TaskKind::Touch { .. }))
-                    && trial.presented.names().contains(&strokes.sample)
+                    && trial.presented.names().contains(sample)
             });
             if let Some((trial, _)) = touching.next() {
                 return Ok((session.state.plan().session.clone(), trial.task.clone()));
@@ -434,7 +443,7 @@ impl Export<'_> {
         }
         Err(refused(format!(
             "expected a session of {} in which {} is touched and recorded, found none in the study; lead it with piezotact campaign run, or leave the recording out",
-            strokes.participant, strokes.sample
+            participant, sample
         )))
     }
 
@@ -509,15 +518,14 @@ impl Export<'_> {
                 self.writer.derived(&one.borrowed())?;
             }
         }
+        // The first session of each counts.
+        let people = self.sessions.iter().rev().map(|one| {
+            let session = one.state.plan().session.clone();
+            (one.participant.as_str().to_owned(), Some(session))
+        });
+        let people = people.collect();
         for path in &self.args.transfer {
-            let one = derived::of_transfer(path, |participant| {
-                let mut own = self
-                    .sessions
-                    .iter()
-                    .filter(|one| one.participant.as_str() == participant);
-                own.next()
-                    .map(|session| session.state.plan().session.clone())
-            })?;
+            let one = derived::of_transfer(path, None, &people)?;
             self.writer.derived(&one.borrowed())?;
         }
         for one in derived::of_answers(study)? {
@@ -559,10 +567,7 @@ impl Export<'_> {
         }
         let dated = self.writer.dated();
         let pseudonyms = self.sessions.iter().map(|one| one.participant.as_str());
-        let wordlike: BTreeSet<String> = pseudonyms
-            .filter(|name| !name.contains(|sign: char| sign.is_ascii_digit()))
-            .map(str::to_owned)
-            .collect();
+        let wordlike = wordlike(pseudonyms);
         let counts = [
             (void > 0).then_some(NotCarried::VoidAttempts { attempts: void }),
             (!old.is_empty()).then_some(NotCarried::Ages { people: old.len() }),
@@ -580,9 +585,7 @@ impl Export<'_> {
             (!self.args.eeg.is_empty()).then_some(NotCarried::EegOriginals {
                 recordings: self.args.eeg.len(),
             }),
-            (!wordlike.is_empty()).then_some(NotCarried::Wordlike {
-                pseudonyms: wordlike.into_iter().collect(),
-            }),
+            wordlike,
         ];
         let always = [
             NotCarried::Dates,
@@ -597,6 +600,17 @@ impl Export<'_> {
             .chain(counts.into_iter().flatten())
             .collect()
     }
+}
+
+/// The pseudonyms that may be names.
+pub(super) fn wordlike<'p>(pseudonyms: impl Iterator<Item = &'p str>) -> Option<NotCarried> {
+    let found: BTreeSet<String> = pseudonyms
+        .filter(|name| !name.contains(|sign: char| sign.is_ascii_digit()))
+        .map(str::to_owned)
+        .collect();
+    (!found.is_empty()).then(|| NotCarried::Wordlike {
+        pseudonyms: found.into_iter().collect(),
+    })
 }
 
 /// What is known of a session.
@@ -623,7 +637,7 @@ fn facts(state: &State<'_>) -> SessionFacts {
 }
 
 /// Ends the command where a signal came.
-fn goes_on() -> Outcome {
+pub(super) fn goes_on() -> Outcome {
     match interrupted() {
         true => Err(Failure::Data(anyhow!(
             "the data set is not complete, and nothing of it was kept; the same command begins anew"

@@ -1,8 +1,10 @@
 //! The recordings that are exported with a study: strokes that are given, and playings that the study has.
 
-use std::path::Path;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
+use piezotact::invocation::Found;
 use piezotact::number::counted;
 use piezotact::page::Table;
 use piezotact::quantity::Unit;
@@ -22,7 +24,8 @@ use crate::report::name;
 /// A recording of strokes, with what was found in it.
 pub(super) struct Strokes {
     pub(super) participant: String,
-    pub(super) sample: String,
+    /// Absent where none is stated.
+    pub(super) sample: Option<String>,
     pub(super) recording: Recording,
     /// What happened in it; absent where its strokes could not be cut.
     pub(super) events: Option<Table>,
@@ -30,10 +33,33 @@ pub(super) struct Strokes {
     pub(super) take: Option<AnalysedRecording>,
 }
 
-/// The recording at `path`, with its strokes.
+/// The checksums of `paths`.
+///
+/// # Errors
+/// Two files of the same bytes.
+pub(super) fn distinct(paths: &[PathBuf]) -> Outcome<Vec<String>> {
+    let mut known: BTreeMap<String, &PathBuf> = BTreeMap::new();
+    for path in paths {
+        let Found::File { sha256, .. } = reads::found(path) else {
+            // What cannot be read is said when it is read.
+            continue;
+        };
+        if let Some(other) = known.insert(sha256, path) {
+            return Err(usage(anyhow!(
+                "expected recordings that differ, found {} with the bytes of {}; give one of them",
+                path.display(),
+                other.display()
+            )));
+        }
+    }
+    Ok(known.into_keys().collect())
+}
+
+/// The recording at `path`, with its strokes; of the participant `otherwise` where it names nobody.
 pub(super) fn strokes(
     path: &Path,
     meta: Option<&NamePattern>,
+    otherwise: Option<&str>,
     reading: &Reading,
 ) -> Outcome<Strokes> {
     let recording = read(path, reading)?.recording;
@@ -48,19 +74,20 @@ pub(super) fn strokes(
         false => None,
     };
     let own = recording.about.condition.clone();
-    let [participant, sample] = [
-        (own.participant, naming.condition.participant.clone(), "participant"),
-        (own.sample, naming.condition.sample.clone(), "sample"),
-    ]
-    .map(|(own, named, what)| {
-        own.or(named).ok_or_else(|| {
-            Failure::Data(anyhow!(
-                "{}: expected a recording that names its {what}, found none; state it in the file name with --meta, or in a sidecar",
-                path.display()
-            ))
-        })
-    });
-    let (participant, sample) = (participant?, sample?);
+    let named = own.participant.or(naming.condition.participant.clone());
+    let mut stated = Stated::nothing();
+    if named.is_none() {
+        stated.condition.participant = otherwise.map(str::to_owned);
+    }
+    let participant = named.or(stated.condition.participant.clone());
+    let participant = participant.ok_or_else(|| {
+        none_named(
+            path,
+            "participant",
+            "in a sidecar, or, without a study, with --participant",
+        )
+    })?;
+    let sample = own.sample.or(naming.condition.sample.clone());
     let recorded = Recorded {
         file: path.display().to_string(),
         name: name(path),
@@ -71,17 +98,9 @@ pub(super) fn strokes(
     };
     let mut recording = recording;
     // Strokes that cannot be cut are no reason to leave a recording out.
-    let Ok(take) = study::cut(recorded, &Stated::nothing()) else {
-        recording
-            .about
-            .condition
-            .participant
-            .get_or_insert_with(|| participant.clone());
-        recording
-            .about
-            .condition
-            .sample
-            .get_or_insert_with(|| sample.clone());
+    let Ok(take) = study::cut(recorded, &stated) else {
+        recording.about.condition.participant = Some(participant.clone());
+        recording.about.condition.sample.clone_from(&sample);
         return Ok(Strokes {
             participant,
             sample,
@@ -90,11 +109,13 @@ pub(super) fn strokes(
             take: None,
         });
     };
-    let clock = take
-        .recording
-        .channels()
-        .first()
-        .map(|channel| recording.clock_of(&channel.name));
+    // A motion may have come from another clock.
+    let motion = take.segmentation.roles.motion.as_ref();
+    let channels = take.recording.channels().iter();
+    let clock = channels
+        .map(|channel| channel.name.as_str())
+        .min_by_key(|name| motion.is_some_and(|motion| motion.channel() == *name))
+        .map(|name| recording.clock_of(name));
     let events = events_table(&take, clock.map_or(0.0, |clock| clock.start_s.0));
     recording.about.condition = take.recording.about.condition.clone();
     Ok(Strokes {
@@ -104,6 +125,14 @@ pub(super) fn strokes(
         events: Some(events),
         take: analysed(take),
     })
+}
+
+/// A recording that does not say whose, or of what, it is.
+pub(super) fn none_named(path: &Path, what: &str, or: &str) -> Failure {
+    Failure::Data(anyhow!(
+        "{}: expected a recording that names its {what}, found none; state it in the file name with --meta, {or}",
+        path.display()
+    ))
 }
 
 /// Refuses signals of a brain or a muscle.

@@ -10,13 +10,13 @@ use super::super::label_of;
 use super::super::name::Entities;
 use super::super::table::tsv_text;
 use super::parts::texts_carried;
-use super::{BidsWriter, DERIVATIVES, PARTICIPANT, SAMPLE, SESSION, TASK};
+use super::{BidsWriter, DERIVATIVES, PARTICIPANT, SAMPLE, TASK};
 
 /// A value that was derived, with the recordings that it was made from.
 #[derive(Clone, Debug)]
 pub struct Derived<'a> {
-    /// Whose it is, with session and task; absent for one of the whole study.
-    pub of: Option<(&'a str, &'a str)>,
+    /// Whose it is, with the session where there are sessions; absent for one of the whole study.
+    pub of: Option<(&'a str, Option<&'a str>)>,
     pub task: Option<&'a str>,
     /// The sample or stimulus.
     pub sample: Option<&'a str>,
@@ -66,7 +66,7 @@ impl BidsWriter<'_> {
         let stem = match derived.of {
             Some((participant, session)) => {
                 of.sub = self.labels[PARTICIPANT].label(participant)?;
-                of.ses = Some(self.labels[SESSION].label(session)?);
+                of.ses = self.session_label(session)?;
                 let key = (of.clone(), derived.suffix.to_owned());
                 let counted = self.kinds_derived.entry(key).or_default();
                 *counted += 1;

@@ -15,8 +15,8 @@ use super::super::name::Entities;
 use super::super::privacy::carried;
 use super::super::table::tsv_text;
 use super::super::{NOTHING, PROGRAM};
-use super::BidsWriter;
 use super::parts::sidecars;
+use super::{Began, BidsWriter};
 use piezotact_dataset::eeg::{ChannelRow, markers_of, write_brainvision};
 
 /// The radius of the head on which template positions stand, in m.
@@ -72,15 +72,12 @@ impl BidsWriter<'_> {
     /// # Errors
     /// [`BidsError::Write`], [`BidsError::Text`], and those of labels.
     pub fn eeg(&mut self, brain: Brain<'_>) -> Result<(), BidsError> {
-        let mut of = self.entities(brain.participant, brain.session, brain.task)?;
+        let mut of = self.entities(brain.participant, Some(brain.session), brain.task)?;
         let run = self.brain_runs.entry(of.clone()).or_default();
         *run += 1;
         of.run = Some(*run);
-        let calendar = self.people.get(brain.participant);
         let started = brain.recording.annotations.started_at.clone();
-        let time = calendar
-            .zip(started)
-            .map(|((_, calendar), started)| calendar.start(&started));
+        let time = started.map(Began::Start);
         let mut recording = brain.recording.clone();
         // The header would state the true date.
         recording.annotations.started_at = None;
@@ -110,7 +107,7 @@ impl BidsWriter<'_> {
         }
         self.eeg_sidecars(&brain, &of, &recording)?;
         self.eeg_positions(&of, &recording)?;
-        let key = (brain.participant.to_owned(), brain.session.to_owned());
+        let key = (brain.participant.to_owned(), Some(brain.session.to_owned()));
         let name = header
             .trim_start_matches(&of.folder())
             .trim_start_matches('/');

@@ -15,17 +15,17 @@ use super::super::table::tsv_text;
 use super::parts::{
     DRIVE, column_names, events_carried, groups, is_of_a_bench, names_carried, suffix_number,
 };
-use super::{BidsWriter, SAMPLE};
+use super::{Began, BidsWriter, SAMPLE};
 
 /// One recording with what is known of it.
 #[derive(Clone, Copy, Debug)]
 pub struct Touched<'a> {
     pub participant: &'a str,
-    /// The session, by its name in the protocol.
-    pub session: &'a str,
+    /// The session, by its name in the protocol; absent without a campaign.
+    pub session: Option<&'a str>,
     pub task: &'a str,
-    /// The sample or stimulus.
-    pub sample: &'a str,
+    /// The sample or stimulus; absent where none is stated.
+    pub sample: Option<&'a str>,
     /// The recording, with the condition that counts.
     pub recording: &'a Recording,
     /// When it began, in ms since 1970-01-01 00:00 UTC, where the recording does not state it.
@@ -57,20 +57,17 @@ impl BidsWriter<'_> {
     /// [`BidsError::Write`], [`BidsError::Text`], and those of labels.
     pub fn recording(&mut self, touched: &Touched<'_>) -> Result<String, BidsError> {
         let mut of = self.entities(touched.participant, touched.session, touched.task)?;
-        of.acq = Some(self.labels[SAMPLE].label(touched.sample)?);
+        if let Some(sample) = touched.sample {
+            of.acq = Some(self.labels[SAMPLE].label(sample)?);
+        }
         let run = self.runs.entry(of.clone()).or_default();
         *run += 1;
         of.run = Some(*run);
-        let calendar = self
-            .people
-            .get(touched.participant)
-            .map(|(_, calendar)| *calendar);
-        let started = touched.recording.annotations.started_at.as_ref();
-        let time = calendar.and_then(|calendar| match (started, touched.at_ms) {
-            (Some(started), _) => Some(calendar.start(started)),
-            (None, Some(at_ms)) => Some(calendar.text(at_ms)),
-            (None, None) => None,
-        });
+        let started = touched.recording.annotations.started_at.clone();
+        let time = match (started, touched.at_ms) {
+            (Some(started), _) => Some(Began::Start(started)),
+            (None, at_ms) => at_ms.map(Began::At),
+        };
         let source = self.source(&of, touched)?;
         let mut first = None;
         for (label, clock, numbers) in groups(touched) {
@@ -114,13 +111,14 @@ impl BidsWriter<'_> {
         touched: &Touched<'_>,
         of: &Entities,
         file: &str,
-        time: Option<String>,
+        time: Option<Began>,
     ) -> String {
         let name = file
             .trim_start_matches(&of.folder())
             .trim_start_matches('/')
             .to_owned();
-        let key = (touched.participant.to_owned(), touched.session.to_owned());
+        let session = touched.session.map(str::to_owned);
+        let key = (touched.participant.to_owned(), session);
         self.scans
             .entry(key)
             .or_default()

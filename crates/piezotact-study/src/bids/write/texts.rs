@@ -5,7 +5,6 @@ use std::fmt::Write as _;
 
 use piezotact::number::counted;
 use piezotact_people::campaign::dictionary::columns_of;
-use piezotact_people::campaign::protocol::Protocol;
 use serde::Serialize;
 
 use super::super::about::DatasetAbout;
@@ -59,12 +58,7 @@ pub(super) fn with_recording_events(columns: &mut Columns, kinds: &BTreeSet<Stri
     if kinds.iter().any(|kind| kind != "stimulus") {
         columns.extend(sidecars(&columns_of("recording_events")));
     }
-    if let Some(kind) = columns.get_mut("trial_type") {
-        let known = kinds.iter().map(|kind| (kind.clone(), kind_meaning(kind)));
-        for (level, meaning) in known {
-            kind.meaning.levels.entry(level).or_insert(meaning);
-        }
-    }
+    with_kinds(columns, kinds);
     let more = [
         (
             "onset",
@@ -75,6 +69,25 @@ pub(super) fn with_recording_events(columns: &mut Columns, kinds: &BTreeSet<Stri
     for (name, sentence) in more {
         if let Some(column) = columns.get_mut(name) {
             column.meaning.description.push_str(sentence);
+        }
+    }
+}
+
+/// What events of recordings of these kinds have, where there are no trials.
+pub(super) fn of_recording_events(kinds: &BTreeSet<String>) -> Columns {
+    let mut columns = sidecars(&columns_of("own_events"));
+    columns.extend(sidecars(&columns_of("recording_events")));
+    with_kinds(&mut columns, kinds);
+    with_tags(&mut columns);
+    columns
+}
+
+fn with_kinds(columns: &mut Columns, kinds: &BTreeSet<String>) {
+    if let Some(column) = columns.get_mut("trial_type") {
+        for kind in kinds {
+            let levels = &mut column.meaning.levels;
+            let meaning = || kind_meaning(kind);
+            levels.entry(kind.clone()).or_insert_with(meaning);
         }
     }
 }
@@ -131,7 +144,6 @@ pub(super) fn with_tags(columns: &mut Columns) {
 /// The read-me of a data set.
 pub(super) fn readme(
     about: &DatasetAbout<'_>,
-    protocol: &Protocol,
     (exported, warnings): (&Exported, &[String]),
 ) -> String {
     let mut text = format!("# {}\n\n", about.name);
@@ -141,17 +153,26 @@ pub(super) fn readme(
             "**Simulated: no person took part.** Virtual volunteers of a digital twin: {simulated}.\n"
         );
     }
-    let _never_fails = writeln!(
-        text,
-        "A study of touch with {} in {}: {}, {} and {}. Protocol: {} ({}), written whole in `sourcedata/protocol.toml`.\n",
+    let [people, recordings] = [
         counted(exported.participants, "participant"),
-        counted(exported.sessions, "session"),
         counted(exported.recordings, "recording"),
-        counted(exported.eeg_recordings, "EEG recording"),
-        counted(exported.answers, "answer"),
-        protocol.name,
-        protocol.source
-    );
+    ];
+    let protocol = about.followed.map(|of| of.protocol);
+    let _never_fails = match protocol {
+        Some(protocol) => writeln!(
+            text,
+            "A study of touch with {people} in {}: {recordings}, {} and {}. Protocol: {} ({}), written whole in `sourcedata/protocol.toml`.\n",
+            counted(exported.sessions, "session"),
+            counted(exported.eeg_recordings, "EEG recording"),
+            counted(exported.answers, "answer"),
+            protocol.name,
+            protocol.source
+        ),
+        None => writeln!(
+            text,
+            "Recordings of touch: {recordings} of {people}, without sessions, as no campaign was led.\n"
+        ),
+    };
     if !(about.warnings.is_empty() && warnings.is_empty()) {
         text.push_str("## What to know before relying on it\n\n");
         for warning in about.warnings.iter().chain(warnings) {
@@ -159,27 +180,41 @@ pub(super) fn readme(
         }
         text.push('\n');
     }
-    text.push_str("## Tasks\n\n");
-    for task in &protocol.tasks {
-        let _never_fails = writeln!(
-            text,
-            "- `{}`: {}. {}",
-            task.name, task.title, task.instruction
-        );
+    if let Some(protocol) = protocol {
+        text.push_str("## Tasks\n\n");
+        for task in &protocol.tasks {
+            let _never_fails = writeln!(
+                text,
+                "- `{}`: {}. {}",
+                task.name, task.title, task.instruction
+            );
+        }
+        text.push('\n');
     }
-    text.push_str(
-        "\n## Where what is\n\n\
-        - `sub-*/ses-*/beh/*_physio.tsv.gz`: acceleration and forces of a finger, one column a channel, described in the JSON file beside; `*_stim.tsv.gz`: the drive as it was recorded while it was played. `acq-` is the sample or stimulus, `run-` the number of the recording.\n\
-        - `*_events.tsv` with `acq-` and `run-`: the strokes, or the onset of the stimulus, in that recording. Without, or with `acq-trials`: the trials of the task, with onsets after the beginning of the session, and the stimuli that were played in them.\n\
-        - `sub-*/ses-*/eeg/`: EEG as BrainVision files, with channels, events (their exact onsets) and template positions of the electrodes.\n\
-        - `*_beh.tsv`: the answers. `expected` is the right answer, `offered` what could be answered.\n\
-        - `stimuli/`: the files of the drives that were played.\n\
-        - `sourcedata/`: recordings as they were made, bit by bit, the protocol, and SHA256SUMS of all files but read-mes and `dataset_description.json` (`cd sourcedata && sha256sum -c SHA256SUMS`).\n\
-        - `derivatives/piezotact/`: what was computed, with settings and sources.\n",
-    );
-    text.push_str("\n## What the study holds and this data set does not carry\n\n");
+    text.push_str(match protocol {
+        Some(_) => OF_STUDY,
+        None => OF_RECORDINGS,
+    });
+    text.push_str("\n## What this data set does not carry\n\n");
     for what in &exported.not_carried {
         let _never_fails = writeln!(text, "- {what}");
     }
     text
 }
+
+/// Where what is in the data set of a study.
+const OF_STUDY: &str = "## Where what is\n\n\
+    - `sub-*/ses-*/beh/*_physio.tsv.gz`: acceleration and forces of a finger, one column a channel, described in the JSON file beside; `*_stim.tsv.gz`: the drive as it was recorded while it was played. `acq-` is the sample or stimulus, `run-` the number of the recording.\n\
+    - `*_events.tsv` with `acq-` and `run-`: the strokes, or the onset of the stimulus, in that recording. Without, or with `acq-trials`: the trials of the task, with onsets after the beginning of the session, and the stimuli that were played in them.\n\
+    - `sub-*/ses-*/eeg/`: EEG as BrainVision files, with channels, events (their exact onsets) and template positions of the electrodes.\n\
+    - `*_beh.tsv`: the answers. `expected` is the right answer, `offered` what could be answered.\n\
+    - `stimuli/`: the files of the drives that were played.\n\
+    - `sourcedata/`: recordings as they were made, bit by bit, the protocol, and SHA256SUMS of all files but read-mes and `dataset_description.json` (`cd sourcedata && sha256sum -c SHA256SUMS`).\n\
+    - `derivatives/piezotact/`: what was computed, with settings and sources.\n";
+
+/// Where what is in the data set of recordings without a campaign.
+const OF_RECORDINGS: &str = "## Where what is\n\n\
+    - `sub-*/beh/*_physio.tsv.gz`: acceleration and forces of a finger, one column a channel, described in the JSON file beside; `*_stim.tsv.gz`: the drive as it was recorded while it was played. `acq-` is the sample, `run-` the number of the recording.\n\
+    - `*_events.tsv`: the strokes, and the events that the recording states, after its first sample.\n\
+    - `sourcedata/`: recordings as they were made, bit by bit, where they state neither date nor label, and SHA256SUMS of all files but read-mes and `dataset_description.json` (`cd sourcedata && sha256sum -c SHA256SUMS`).\n\
+    - `derivatives/piezotact/`: what was computed, with settings and sources.\n";

@@ -1,0 +1,181 @@
+//! `piezotact bids export` without a study: recordings and transfer functions of a laboratory, as a data set without sessions.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use anyhow::anyhow;
+use piezotact::recording::BenchKind;
+use piezotact::warning::{Warning, merged};
+use piezotact_people::campaign::chain::Sha;
+use piezotact_study::bids::{
+    BidsWriter, Calendar, DatasetAbout, NamedBy, NotCarried, Person, Touched,
+};
+
+use super::export::{Arguments, WRITING, goes_on, wordlike};
+use super::{derived, recordings};
+use crate::advice::merged_text;
+use crate::deliver::deliver_and;
+use crate::failure::{Outcome, usage};
+use crate::interrupt::Between;
+use crate::invocation::PROGRAM;
+use crate::places::outputs;
+use crate::progress::Work;
+
+/// The name of a data set that nobody named.
+const NO_NAME: &str = "Recordings of touch";
+
+pub(super) fn run(args: &Arguments) -> Outcome {
+    outputs(&[], &args.outputs.files())?;
+    if !args.eeg.is_empty() {
+        return Err(usage(anyhow!(
+            "expected a study for --eeg, found recordings alone; give the folder of the study, or write EEG alone with mne-bids"
+        )));
+    }
+    let sums = recordings::distinct(&args.recordings)?;
+    let known_by = Sha::of(sums.join(" ").as_bytes()).to_string();
+    let about = DatasetAbout {
+        name: args.name.as_deref().unwrap_or(NO_NAME),
+        authors: &args.author,
+        license: args.license.as_deref(),
+        program: PROGRAM,
+        study: &known_by,
+        followed: None,
+        simulated: None,
+        warnings: &[],
+    };
+    let mut laboratory = Laboratory {
+        args,
+        writer: BidsWriter::create(&args.out, about)?,
+        people: BTreeMap::new(),
+        benches: Vec::new(),
+        dates: 0,
+        uncut: 0,
+        warnings: Vec::new(),
+    };
+    laboratory.recordings()?;
+    laboratory.transfer_functions()?;
+    let not_carried = laboratory.not_carried();
+    let in_words: Vec<String> = merged(&laboratory.warnings)
+        .iter()
+        .map(merged_text)
+        .collect();
+    for mut person in laboratory.people.into_values() {
+        if person.first_ms == i64::MAX {
+            person.first_ms = 0;
+        }
+        laboratory.writer.person(person)?;
+    }
+    let simulated = BenchKind::simulated(laboratory.benches);
+    let said = simulated.into_iter().chain(in_words);
+    let said: Vec<String> = said.collect();
+    let (mut exported, place) = laboratory.writer.finish(not_carried, &said)?;
+    for warning in laboratory.warnings {
+        if !exported.warnings.contains(&warning) {
+            exported.warnings.push(warning);
+        }
+    }
+    deliver_and(&args.outputs, &exported, &[&place])
+}
+
+/// The data set of a laboratory, while it is written.
+struct Laboratory<'a> {
+    args: &'a Arguments,
+    writer: BidsWriter<'a>,
+    people: BTreeMap<String, Person>,
+    /// What each recording was made on.
+    benches: Vec<Option<BenchKind>>,
+    /// How many recordings state when they were begun.
+    dates: usize,
+    uncut: usize,
+    /// What a person should know of the recordings.
+    warnings: Vec<Warning>,
+}
+
+impl Laboratory<'_> {
+    fn recordings(&mut self) -> Outcome {
+        let args = self.args;
+        let writing = Work::of_files(WRITING, &args.recordings);
+        let between = Between::items("recording");
+        for path in &args.recordings {
+            goes_on()?;
+            let (meta, otherwise) = (args.meta.as_ref(), args.participant.as_deref());
+            let strokes = recordings::strokes(path, meta, otherwise, &args.reading)?;
+            self.add(path, &strokes)?;
+            writing.one_more();
+        }
+        drop((writing, between));
+        Ok(())
+    }
+
+    /// The recording in `path`, with what was derived from it.
+    fn add(&mut self, path: &Path, strokes: &recordings::Strokes) -> Outcome {
+        self.note_person(strokes);
+        self.uncut += usize::from(strokes.events.is_none());
+        self.warnings.extend(strokes.warnings());
+        let touched = Touched {
+            participant: &strokes.participant,
+            session: None,
+            task: &self.args.task,
+            sample: strokes.sample.as_deref(),
+            recording: &strokes.recording,
+            at_ms: None,
+            events: strokes.events.as_ref(),
+            file: path,
+            named_by: NamedBy::Person,
+        };
+        let written = self.writer.recording(&touched)?;
+        if let Some(take) = &strokes.take {
+            for one in derived::of_strokes(take, &touched, &written) {
+                self.writer.derived(&one.borrowed())?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Notes who was recorded, and when first; somebody of whom every recording is simulated is virtual.
+    fn note_person(&mut self, strokes: &recordings::Strokes) {
+        let recording = &strokes.recording;
+        let bench = recording.about.provenance.bench;
+        let is_virtual = bench.is_some_and(|bench| !bench.is_real());
+        self.benches.push(bench);
+        let started = recording.annotations.started_at.as_ref();
+        self.dates += usize::from(started.is_some());
+        let began_ms = started.and_then(Calendar::ms_since_1970);
+        let person = self
+            .people
+            .entry(strokes.participant.clone())
+            .or_insert_with(|| Person {
+                pseudonym: strokes.participant.clone(),
+                is_virtual,
+                first_ms: i64::MAX,
+                ..Person::default()
+            });
+        person.is_virtual &= is_virtual;
+        person.first_ms = person.first_ms.min(began_ms.unwrap_or(i64::MAX));
+    }
+
+    fn transfer_functions(&mut self) -> Outcome {
+        let people = self.people.keys().map(|name| (name.clone(), None));
+        let people = people.collect();
+        for path in &self.args.transfer {
+            let one = derived::of_transfer(path, self.args.participant.as_deref(), &people)?;
+            self.writer.derived(&one.borrowed())?;
+        }
+        Ok(())
+    }
+
+    fn not_carried(&self) -> Vec<NotCarried> {
+        let dated = self.writer.dated();
+        let found = [
+            (self.dates > 0).then_some(NotCarried::Dates),
+            Some(NotCarried::TypedTexts),
+            Some(NotCarried::Rendering),
+            (dated > 0).then_some(NotCarried::DatedFiles { files: dated }),
+            (self.uncut > 0).then_some(NotCarried::Uncut {
+                recordings: self.uncut,
+            }),
+            wordlike(self.people.keys().map(String::as_str)),
+        ];
+        found.into_iter().flatten().collect()
+    }
+}

@@ -1,0 +1,195 @@
+//! Recordings of a laboratory without a campaign as a BIDS data set: without sessions, without dates, and read back as they were.
+#![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
+
+use crate::bids::{file, files, problems, unpacked};
+use crate::campaign_session::{holds, run};
+use crate::known_cuts::{Kind, Random, recorded, table};
+use crate::support::Folder;
+
+/// Three recordings of two people: two of another program with a date, of a person, and one of the twin; a transfer function.
+fn laboratory() -> Folder {
+    let folder = Folder::new();
+    let kinds = [Kind::Plain, Kind::TouchOnly, Kind::Plain];
+    for (seed, name) in [(3, "Anna_S4.csv"), (4, "Anna_S8.csv")] {
+        folder.write(name, table(&recorded(&mut Random::new(seed), &kinds)));
+        folder.write(
+            &format!("{name}.json"),
+            r#"{"started_at": "2024-03-05T10:22:33.250", "events": [{"onset_s": 0.5, "duration_s": 0, "kind": "answer", "value": "rough"}]}"#,
+        );
+    }
+    folder.write(
+        "Anna_S4.csv.json",
+        r#"{"started_at": "2024-03-04T22:00:00+01:00"}"#,
+    );
+    run(
+        &folder,
+        "twin record --bench acttouch --sample S2 --participant 2 --seed 7 --strokes 3 --stroke-time 1s --out P02_S2.parquet",
+    )
+    .expect_success();
+    run(
+        &folder,
+        "characterise --bench twin:participant=2,seed=7 --seconds 4 --out tf.json",
+    )
+    .expect_success();
+    folder
+}
+
+const EXPORT: &str = "bids export --recordings Anna_S4.csv Anna_S8.csv P02_S2.parquet --meta {participant}_{sample} --transfer tf.json --out bids";
+
+#[test]
+fn recordings_without_a_campaign_are_a_data_set_without_sessions() {
+    let folder = laboratory();
+    let done = run(&folder, EXPORT);
+    done.expect_success();
+    holds(
+        &done.out(),
+        &[
+            "2 participants in 3 recordings",
+            "true dates",
+            "look whether Anna tell who somebody is",
+        ],
+    );
+    assert!(!done.out().contains("session of"), "{}", done.out());
+    let (found, code) = problems(&folder, "bids");
+    assert!(found.is_empty() && code == Some(0), "{found:?}");
+    let root = folder.path("bids");
+    for path in files(&root) {
+        let name = path.to_string_lossy().into_owned();
+        assert!(
+            !name.contains("ses-") && !name.contains("sessions") && !name.contains("protocol"),
+            "{name}"
+        );
+        if let Ok(text) = std::fs::read_to_string(root.join(&path)) {
+            assert!(!text.contains("2024-03"), "{name}");
+        }
+    }
+    // Dates of a person are shifted together; those of another stay none.
+    let scans = std::fs::read_to_string(root.join("sub-Anna/sub-Anna_scans.tsv")).unwrap();
+    holds(
+        &scans,
+        &[
+            "acq-S4_run-1_recording-fiv_physio.tsv.gz 1900-01-01T21:00:00",
+            "acq-S8_run-1_recording-fiv_physio.tsv.gz 1900-01-02T10:22:33.25",
+        ],
+    );
+    let scans = std::fs::read_to_string(root.join("sub-P02/sub-P02_scans.tsv")).unwrap();
+    holds(&scans, &["physio.tsv.gz n/a"]);
+    let people = std::fs::read_to_string(root.join("participants.tsv")).unwrap();
+    holds(
+        &people,
+        &[
+            "sub-Anna homo sapiens n/a n/a n/a volunteer Anna",
+            "sub-P02 n/a n/a n/a n/a virtual P02",
+        ],
+    );
+    let readme = std::fs::read_to_string(root.join("README.md")).unwrap();
+    holds(
+        &readme,
+        &[
+            "3 recordings of 2 participants, without sessions",
+            "1 of 3 recordings are simulated",
+        ],
+    );
+    for suffix in ["psd", "features", "transfer"] {
+        let of = files(&root.join("derivatives")).into_iter();
+        let ending = format!("_{suffix}.tsv");
+        let count = of
+            .filter(|path| path.to_string_lossy().ends_with(&ending))
+            .count();
+        assert_eq!(count, if suffix == "transfer" { 1 } else { 3 }, "{suffix}");
+    }
+    // The event of the recording stands beside its strokes; the word that somebody typed does not.
+    let events = file(&root, &["acq-S8_run-1", "events.tsv"]);
+    let events = std::fs::read_to_string(events).unwrap();
+    assert!(events.contains("\tstroke\t"), "{events}");
+    assert_eq!(events.matches("\tanswer\t").count(), 1, "{events}");
+    assert!(!events.contains("rough"), "{events}");
+}
+
+#[test]
+fn what_a_laboratory_exported_is_imported_as_it_was() {
+    let folder = laboratory();
+    run(&folder, EXPORT).expect_success();
+    run(&folder, "bids import bids --out imported").expect_success();
+    let pairs = [
+        ("Anna_S4.csv", "sub-Anna_task-touch_acq-S4_run-1"),
+        ("Anna_S8.csv", "sub-Anna_task-touch_acq-S8_run-1"),
+        ("P02_S2.parquet", "sub-P02_task-touch_acq-S2_run-1"),
+    ];
+    for (own, name) in pairs {
+        let imported = format!("imported/recordings/{name}.parquet");
+        let info = |path: &str| run(&folder, &format!("info {path} --json")).json();
+        let (one, other) = (info(own), info(&imported));
+        for key in ["channels", "samples", "rate_hz"] {
+            assert_eq!(one[key], other[key], "{key} of {own}");
+        }
+        assert_eq!(
+            other["condition"]["participant"],
+            own.split('_').next().unwrap()
+        );
+        for channel in one["channels"].as_array().unwrap() {
+            let name = channel["name"].as_str().unwrap();
+            let psd = |path: &str| {
+                let line = format!("spectrum {path} --channel {name} --json");
+                crate::support::results(run(&folder, &line).json())["psd"].clone()
+            };
+            assert_eq!(psd(own), psd(&imported), "{name} of {own}");
+        }
+        run(&folder, &format!("strokes {imported}")).expect_success();
+    }
+    // Sample by sample, as the table has them.
+    let rows = unpacked(&file(
+        &folder.path("bids"),
+        &["acq-S4_run-1", "physio.tsv.gz"],
+    ));
+    let own = std::fs::read_to_string(folder.path("Anna_S4.csv")).unwrap();
+    assert_eq!(rows.lines().count(), own.lines().count() - 1);
+}
+
+#[test]
+fn who_was_recorded_is_stated_and_never_guessed() {
+    let folder = laboratory();
+    let export = "bids export --recordings Anna_S4.csv --out other";
+    run(&folder, export).expect_failure(
+        1,
+        &[
+            "Anna_S4.csv",
+            "names its participant, found none",
+            "--participant",
+        ],
+    );
+    assert!(!folder.path("other").exists());
+    // The name of the option counts where the recording has none, and nowhere else.
+    let stated = export.replace("Anna_S4.csv", "Anna_S4.csv P02_S2.parquet");
+    let done = run(&folder, &format!("{stated} --participant P01 --task slide"));
+    done.expect_success();
+    holds(&done.out(), &["2 participants in 2 recordings"]);
+    let (found, code) = problems(&folder, "other");
+    assert!(found.is_empty() && code == Some(0), "{found:?}");
+    let root = folder.path("other");
+    assert!(file(&root, &["sub-P01_task-slide_run-1", "physio.json"]).is_file());
+    assert!(file(&root, &["sub-P02_task-slide_acq-S2_run-1", "physio.json"]).is_file());
+    let refused = [
+        ("bids export --out none", 2, &["STUDY"][..]),
+        (
+            "bids export --recordings Anna_S4.csv Anna_S4.csv --participant P01 --out none",
+            2,
+            &["expected recordings that differ"],
+        ),
+        (
+            "bids export --recordings Anna_S4.csv --participant P01 --transfer tf.json --out none",
+            2,
+            &["participant of the data set (P01), found one of P02"],
+        ),
+        (
+            "bids export --recordings Anna_S4.csv --participant P01 --eeg a.vhdr --out none",
+            2,
+            &["expected a study for --eeg", "mne-bids"],
+        ),
+        ("bids export Anna_S4.csv --out none", 1, &["Anna_S4.csv"]),
+    ];
+    for (line, code, parts) in refused {
+        run(&folder, line).expect_failure(code, parts);
+        assert!(!folder.path("none").exists(), "{line}");
+    }
+}
