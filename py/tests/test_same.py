@@ -9,10 +9,15 @@ from typing import Any
 
 import numpy as np
 import piezotact as pz
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
-from conftest import DATE, command
+from conftest import DATE, command, made
 
 FIRST = "twin:participant=4,seed=7"
+
+#: Two tasks of two participants.
+DESYNCHRONISATIONS = [f"erd_P0{participant}_{task}.json" for participant in (1, 2) for task in ("natural", "imagery")]
 
 #: A function, its arguments, and which of them are files of the folder.
 CALLS: list[tuple[str, tuple[Any, ...], dict[str, Any]]] = [
@@ -47,7 +52,25 @@ CALLS: list[tuple[str, tuple[Any, ...], dict[str, Any]]] = [
     ("panel_analyse", ("panel",), {}),
     ("panel_average", ("panel",), {"out": "average.json"}),
     ("eeg_erd", ("P01_natural.vhdr",), {"participant": "P01", "task": "natural", "event": "natural", "eog": "VEOG,HEOG", "reject_above": 150.0}),
+    ("eeg_stats", (DESYNCHRONISATIONS,), {"flips": 100, "seed": 3}),
     ("twin_record", (), {"bench": "acttouch", "sample": "S3", "participant": 4, "speed": "30mm/s", "strokes": 2, "seed": 1, "out": "S3.parquet"}),
+]
+
+
+#: What takes arrays: what each of them is cut from, and the other arguments.
+OF_ARRAYS: list[tuple[str, list[str], dict[str, Any]]] = [
+    ("info", ["S8.parquet"], {}),
+    ("spectrum", ["S8.parquet"], {"channel": "acceleration", "segment": 500}),
+    ("spectrogram", ["texture.wav"], {"segment": 256}),
+    ("noise", ["S8.parquet"], {"channel": "acceleration"}),
+    ("strokes", ["S8.parquet"], {"load": 0.2, "touch": "active"}),
+    ("cut", ["S8.parquet", "S1.parquet"], {}),
+    ("compare", ["S8.parquet", "S1.parquet"], {"by": "file", "load": 0.2, "touch": "active"}),
+    ("transfer", ["bench.parquet"], {"drive": "drive", "response": "acceleration", "segment": 512}),
+    ("render", ["texture.wav"], {"transfer": "tf.json", "level": "fit"}),
+    ("manipulate", ["texture.wav"], {"operations": [("tilt", "3dB/oct@200Hz"), "randomise_phases"], "seed": 7}),
+    ("verify", ["texture.wav", "measured.parquet"], {}),
+    ("score", ["S8.parquet", "S1.parquet"], {"band": (20, 500)}),
 ]
 
 
@@ -62,6 +85,8 @@ def test_a_function_equals_its_command(
     data: Path, monkeypatch: pytest.MonkeyPatch, name: str, positional: tuple[Any, ...], named: dict[str, Any]
 ) -> None:
     monkeypatch.chdir(data)
+    if name == "eeg_stats":
+        desynchronise(data)
     document = call(name, positional, named).to_dict()
     words = document["invocation"]["command"]
     if name in {"panel_run", "panel_add"}:
@@ -70,6 +95,16 @@ def test_a_function_equals_its_command(
     printed = command(*words, cwd=data)
     assert printed.returncode in {0, 3, 4, 5}, printed.stderr
     assert json.loads(printed.stdout) == document
+
+
+def desynchronise(data: Path) -> None:
+    """Makes the documents of two tasks of two participants."""
+    for file in DESYNCHRONISATIONS:
+        _, participant, task = file.removesuffix(".json").split("_")
+        recording = f"{participant}_{task}.vhdr"
+        if not (data / recording).exists():
+            made(data, "twin", "record", "--bench", "eeg", "--task", task, "--participant", participant[-1], "--seed", "7", "--trials", "10", "--out", recording)
+        made(data, "eeg", "erd", recording, "--participant", participant, "--task", task, "--event", task, "--out", file)
 
 
 def bare(value: Any) -> Any:
@@ -92,6 +127,7 @@ def bare(value: Any) -> Any:
         ("noise", ("S8.parquet",), {"channel": "acceleration"}),
         ("strokes", ("S8.parquet",), {}),
         ("strokes", (["S8.parquet", "S1.parquet"],), {"by": "sample"}),
+        ("cut", (["S8.parquet", "S1.parquet"],), {}),
         ("compare", (["S8.parquet", "S1.parquet"],), {"by": "sample"}),
         ("score", ("S8.parquet", "S1.parquet"), {}),
         ("transfer", ("bench.parquet",), {"drive": "drive", "response": "acceleration"}),
@@ -136,6 +172,70 @@ def test_slices_strides_and_dtypes_are_the_same_as_their_copies(data: Path) -> N
         plain = np.array([float(value) for value in piece])
         options: dict[str, Any] = {"rate": recording.rate_hz, "unit": "m/s2", "segment": int(random.choice([128, 256, 500]))}
         assert pz.spectrum(piece, **options).to_dict() == pz.spectrum(plain, **options).to_dict()
+
+
+@pytest.mark.filterwarnings("ignore::piezotact.Warning")
+@pytest.mark.parametrize(("name", "sources", "named"), OF_ARRAYS, ids=[one[0] for one in OF_ARRAYS])
+def test_odd_arrays_give_what_the_command_prints_of_their_file(
+    data: Path, monkeypatch: pytest.MonkeyPatch, name: str, sources: list[str], named: dict[str, Any]
+) -> None:
+    """Properties over 6 random cuts for each function that takes arrays, seed 54."""
+    monkeypatch.chdir(data)
+    random = np.random.default_rng(54)
+    for _ in range(6):
+        share, rate, files, given, units = float(random.uniform(0, 0.1)), 0.0, [], [], []
+        for number, source in enumerate(sources):
+            recording = pz.read(source)
+            rate = recording.rate_hz
+            cuts = {one: values[int(share * len(values)) :] for one, values in recording.items()}
+            channels = {one: odd(random, values, recording.units[one]) for one, values in cuts.items()}
+            files.append(f"odd{number}.parquet")
+            columns = {f"{one} ({unit})": [float(value) for value in values] for one, (values, unit) in channels.items()}
+            pq.write_table(pa.table(columns), files[-1])
+            given.append({one: values for one, (values, _) in channels.items()})
+            units.append({one: unit for one, (_, unit) in channels.items()})
+        options: dict[str, Any] = {"unit": units[0], "rate": rate}
+        if len(sources) > 1:
+            # Each has units of its own, and what is compared by file is called as the file.
+            given = [pz.recording(channels, rate=rate, unit=unit, name=file) for channels, unit, file in zip(given, units, files)]
+            options = {}
+        several = name in {"cut", "compare"}
+        of_arrays = call(name, (given,) if several else tuple(given), {**named, **options})
+        of_files = call(name, (files,) if several else tuple(files), {**named, "rate": rate})
+        printed = command(*of_files.to_dict()["invocation"]["command"], cwd=data)
+        assert printed.returncode in {0, 3, 4, 5}, printed.stderr
+        assert bare(of_arrays.to_dict()) == bare(json.loads(printed.stdout))
+        assert written(of_arrays) == written(of_files)
+
+
+#: A thousandth of a unit, in which integers are given.
+MILLI = {"m/s²": "mm/s2", "N": "mN"}
+
+
+def odd(random: np.random.Generator, values: np.ndarray[Any, Any], unit: str) -> tuple[np.ndarray[Any, Any], str]:
+    """The samples in some type and layout, and their unit."""
+    dtype = str(random.choice(["<f8", ">f8", "<f4", ">f4", *(["<i4", ">i4", "i8"] if unit in MILLI else [])]))
+    if "i" in dtype:
+        values, unit = values * 1000, MILLI[unit]
+    values = values.astype(dtype)
+    layout = random.integers(0, 5)
+    if layout == 0:
+        values.flags.writeable = False
+    elif layout == 1:
+        values = values[::-1].copy()[::-1]
+    elif layout == 2:
+        values = np.column_stack([values, values * 0])[:, 0]
+    elif layout == 3:
+        values = unaligned(values)
+    return values, {"FS": "1"}.get(unit, unit)
+
+
+def written(result: pz.Result) -> Any:
+    """The numbers of the file that a function wrote."""
+    if isinstance(result, pz.Transfer):
+        function = result.function()
+        return function.frequency_hz.tolist(), function.response.tolist(), function.coherence.tolist()
+    return {name: values.tolist() for name, values in result.recording().items()} if "out" in result.files else None
 
 
 def unaligned(array: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:

@@ -92,17 +92,17 @@ fn chunk_of(content: &[u8]) -> Option<RunChunk> {
     if samples.len() != channels.checked_mul(count)?.checked_mul(8)? {
         return None;
     }
-    let mut samples = samples
-        .chunks_exact(8)
-        .filter_map(|bytes| Some(f64::from_le_bytes(bytes.try_into().ok()?)));
+    let (samples, _) = samples.as_chunks::<8>();
+    let of_channel = |channel: usize| {
+        let its_own = samples[channel * count..][..count].iter();
+        its_own.map(|bytes| f64::from_le_bytes(*bytes)).collect()
+    };
     Some(RunChunk {
         first: u64::from_le_bytes(word(0)?),
         lost: u64::from_le_bytes(word(8)?),
         device_s: Some(device_s).filter(|time| !time.is_nan()),
         clock: 0,
-        channels: (0..channels)
-            .map(|_| samples.by_ref().take(count).collect())
-            .collect(),
+        channels: (0..channels).map(of_channel).collect(),
     })
 }
 

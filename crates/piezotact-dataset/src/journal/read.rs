@@ -271,9 +271,9 @@ pub(super) fn chunks_of(file: File) -> impl Iterator<Item = Result<RunChunk, Err
                     };
                 }
                 let length = u32::from_le_bytes([header[5], header[6], header[7], header[8]]);
-                let mut bytes = header.to_vec();
-                bytes.resize(header.len() + length as usize, 0);
-                reader.read_exact(&mut bytes[header.len()..])?;
+                let mut bytes = [&MAGIC[..], &header].concat();
+                let mut content = reader.by_ref().take(length.into());
+                content.read_to_end(&mut bytes)?;
                 Ok(Some(bytes))
             };
             let bytes = match next() {
@@ -281,9 +281,7 @@ pub(super) fn chunks_of(file: File) -> impl Iterator<Item = Result<RunChunk, Err
                 Ok(None) => return None,
                 Err(error) => return Some(Err(error)),
             };
-            let mut of_journal = MAGIC.to_vec();
-            of_journal.extend(bytes);
-            match blocks_of(&of_journal).blocks.pop() {
+            match blocks_of(&bytes).blocks.pop() {
                 Some(Block::Chunk(chunk)) => return Some(Ok(chunk)),
                 Some(_) => {}
                 None => {
