@@ -1,14 +1,14 @@
 //! `piezotact bids export` without a study: recordings and transfer functions of a laboratory, as a data set without sessions.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use piezotact::recording::BenchKind;
 use piezotact::warning::{Warning, merged};
 use piezotact_people::campaign::chain::Sha;
 use piezotact_study::bids::{
-    BidsWriter, Calendar, DatasetAbout, NamedBy, NotCarried, Person, Touched,
+    BidsWriter, Calendar, DatasetAbout, Exported, NamedBy, NotCarried, Person, Touched,
 };
 
 use super::export::{Arguments, WRITING, goes_on, wordlike};
@@ -54,26 +54,7 @@ pub(super) fn run(args: &Arguments) -> Outcome {
     };
     laboratory.recordings()?;
     laboratory.transfer_functions()?;
-    let not_carried = laboratory.not_carried();
-    let in_words: Vec<String> = merged(&laboratory.warnings)
-        .iter()
-        .map(merged_text)
-        .collect();
-    for mut person in laboratory.people.into_values() {
-        if person.first_ms == i64::MAX {
-            person.first_ms = 0;
-        }
-        laboratory.writer.person(person)?;
-    }
-    let simulated = BenchKind::simulated(laboratory.benches);
-    let said = simulated.into_iter().chain(in_words);
-    let said: Vec<String> = said.collect();
-    let (mut exported, place) = laboratory.writer.finish(not_carried, &said)?;
-    for warning in laboratory.warnings {
-        if !exported.warnings.contains(&warning) {
-            exported.warnings.push(warning);
-        }
-    }
+    let (exported, place) = laboratory.finished()?;
     deliver_and(&args.outputs, &exported, &[&place])
 }
 
@@ -177,5 +158,27 @@ impl Laboratory<'_> {
             wordlike(self.people.keys().map(String::as_str)),
         ];
         found.into_iter().flatten().collect()
+    }
+
+    /// Writes the tables of people and of the data set.
+    fn finished(mut self) -> Outcome<(Exported, PathBuf)> {
+        let not_carried = self.not_carried();
+        let in_words = merged(&self.warnings);
+        let in_words = in_words.iter().map(merged_text);
+        let simulated = BenchKind::simulated(self.benches);
+        let said: Vec<String> = simulated.into_iter().chain(in_words).collect();
+        for mut person in self.people.into_values() {
+            if person.first_ms == i64::MAX {
+                person.first_ms = 0;
+            }
+            self.writer.person(person)?;
+        }
+        let (mut exported, place) = self.writer.finish(not_carried, &said)?;
+        for warning in self.warnings {
+            if !exported.warnings.contains(&warning) {
+                exported.warnings.push(warning);
+            }
+        }
+        Ok((exported, place))
     }
 }
