@@ -17,9 +17,9 @@ fn heights_m() -> Vec<f64> {
 }
 
 /// An array of `kind`, as NumPy saves it; `data` in the order of the file.
-fn npy(kind: &str, fortran: bool, shape: &str, data: &[u8]) -> Vec<u8> {
-    let order = if fortran { "True" } else { "False" };
-    let mut header = format!("{{'descr': '{kind}', 'fortran_order': {order}, 'shape': {shape}, }}");
+fn npy(kind: &str, in_columns: &str, shape: &str, data: &[u8]) -> Vec<u8> {
+    let mut header =
+        format!("{{'descr': '{kind}', 'fortran_order': {in_columns}, 'shape': {shape}, }}");
     while (10 + header.len() + 1) % 64 != 0 {
         header.push(' ');
     }
@@ -71,11 +71,11 @@ fn mat(variables: Vec<Vec<u8>>) -> Vec<u8> {
 fn rows_and_columns_of_an_array_are_those_of_the_map() {
     let files = [
         (
-            npy("<f8", false, "(3, 4)", &bytes(ROWS.concat())),
+            npy("<f8", "False", "(3, 4)", &bytes(ROWS.concat())),
             TopographyKind::Npy,
         ),
         (
-            npy("<f8", true, "(3, 4)", &bytes(by_columns())),
+            npy("<f8", "True", "(3, 4)", &bytes(by_columns())),
             TopographyKind::Npy,
         ),
         (
@@ -98,7 +98,7 @@ fn rows_and_columns_of_an_array_are_those_of_the_map() {
         height_unit_m: Some(2.5e-9),
         ..STATED
     };
-    let read = parse(&npy(">i2", false, "(2, 3)", &counts), &options).unwrap();
+    let read = parse(&npy(">i2", "False", "(2, 3)", &counts), &options).unwrap();
     let expected: Vec<f64> = (1..=6).map(|z| f64::from(z) * 2.5e-9).collect();
     assert_heights(&read, &expected);
 }
@@ -107,9 +107,9 @@ fn rows_and_columns_of_an_array_are_those_of_the_map() {
 fn one_line_is_a_profile() {
     let line = [1.0, 2.0, 4.0, 3.0, 1.0, 2.0, 5.0, 2.5];
     let files = [
-        npy("<f8", false, "(8,)", &bytes(line)),
-        npy("<f8", false, "(1, 8)", &bytes(line)),
-        npy("<f8", false, "(8, 1)", &bytes(line)),
+        npy("<f8", "False", "(8,)", &bytes(line)),
+        npy("<f8", "False", "(1, 8)", &bytes(line)),
+        npy("<f8", "False", "(8, 1)", &bytes(line)),
         mat(vec![variable("z", [8, 1], line.to_vec())]),
         mat(vec![variable("z", [1, 8], line.to_vec())]),
     ];
@@ -123,7 +123,7 @@ fn one_line_is_a_profile() {
 #[test]
 fn unit_and_step_are_never_guessed() {
     let files = [
-        npy("<f8", false, "(3, 4)", &bytes(ROWS.concat())),
+        npy("<f8", "False", "(3, 4)", &bytes(ROWS.concat())),
         mat(vec![variable("z", [3, 4], by_columns())]),
     ];
     for file in files {
@@ -168,18 +168,18 @@ fn heights_among_other_matrices_are_known_by_name_or_refused() {
 fn arrays_that_are_no_map_are_refused() {
     let wrong = [
         (
-            npy("<f8", false, "(1, 3, 4)", &bytes(ROWS.concat())),
+            npy("<f8", "False", "(1, 3, 4)", &bytes(ROWS.concat())),
             "3 dimensions",
         ),
         (
-            npy("<f8", false, "(3, 4)", &bytes(ROWS.concat())[..90]),
+            npy("<f8", "False", "(3, 4)", &bytes(ROWS.concat())[..90]),
             "90 of its 96 bytes",
         ),
         (
-            npy("<c16", false, "(3, 2)", &bytes(ROWS.concat())),
+            npy("<c16", "False", "(3, 2)", &bytes(ROWS.concat())),
             "complex numbers",
         ),
-        (npy("<f8", false, "(0, 4)", &[]), "points"),
+        (npy("<f8", "False", "(0, 4)", &[]), "points"),
     ];
     for (file, part) in wrong {
         let said = parse(&file, &STATED).unwrap_err().to_string();
