@@ -77,7 +77,9 @@ impl TimeBase {
     }
 
     /// So many rows, before some of which samples are missing, so many of each.
-    pub(crate) fn with_gaps(rate: SampleRate, gaps: Vec<(usize, usize)>, rows: usize) -> Self {
+    pub(crate) fn with_gaps(rate: SampleRate, mut gaps: Vec<(usize, usize)>, rows: usize) -> Self {
+        // A damaged file may state a gap behind its last row.
+        gaps.retain(|(row, _)| *row < rows);
         Self {
             rate,
             rows: if gaps.is_empty() { 0 } else { rows },

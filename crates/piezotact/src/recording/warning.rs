@@ -340,8 +340,8 @@ pub enum Clocks {
             between its samples{}",
         rounded(*rate_hz),
         match *later_s < 0.0 {
-            true => format!("{:.4} s earlier", -later_s),
-            false => format!("{later_s:.4} s later"),
+            true => format!("{:.3} s earlier", -later_s),
+            false => format!("{later_s:.3} s later"),
         },
         rounded(*onto_hz),
         outside.map_or(String::new(), |[from_s, to_s]| format!(

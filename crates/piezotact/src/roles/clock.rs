@@ -172,7 +172,7 @@ mod tests {
                 );
             }
             let said = placed.about.warnings[0].to_string();
-            let offset = format!("{:.4} s", later_s.abs());
+            let offset = format!("{:.3} s", later_s.abs());
             for part in ["`x`", "200 Hz", "5000 Hz", &offset] {
                 assert!(said.contains(part), "no {part} in {said}");
             }
