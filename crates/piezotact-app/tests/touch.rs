@@ -426,7 +426,7 @@ fn what_cannot_be_analysed_is_refused_in_a_sentence() {
         (
             &["strokes", "still.csv", "--every-contact"],
             1,
-            &["still.csv", "every channel is constant", "no vibration"],
+            &["still.csv", "a channel of vibration that changes", "one value throughout"],
         ),
         (
             &["strokes", "a_b.csv"],
