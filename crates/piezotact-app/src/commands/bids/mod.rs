@@ -19,7 +19,7 @@ pub(crate) struct Bids {
 
 #[derive(Debug, Subcommand)]
 enum BidsCommand {
-    /// Writes a study, or recordings without a campaign, as a BIDS data set: recordings, drives, strokes, answers, what was derived, and what is not carried.
+    /// Writes a study, or recordings alone, as a BIDS data set: drives, strokes, answers, what was derived, what is not carried.
     #[command(
         after_help = "Recordings of strokes are given with --recordings; they name their participant and sample, or --meta reads them from the file\nnames. Drives and recordings of playings are those in the study. Nothing is written where something stands.\n\nWithout STUDY, the recordings and transfer functions of a laboratory are a data set without sessions.\n\nPrivacy: dates are shifted, ages of 89 and more are written as 89, texts that somebody typed, consents, identities and\nparticipants who withdrew are left out. The command lists what the data set does not carry.\n\nExample:\n  piezotact bids export study --recordings strokes/*.parquet --transfer tf/*.json --license CC0 --out touch-bids\n  piezotact bids export --recordings strokes/*.csv --meta '{participant}_{sample}' --out laboratory-bids"
     )]
