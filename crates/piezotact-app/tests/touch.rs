@@ -426,7 +426,11 @@ fn what_cannot_be_analysed_is_refused_in_a_sentence() {
         (
             &["strokes", "still.csv", "--every-contact"],
             1,
-            &["still.csv", "a channel of vibration that changes", "one value throughout"],
+            &[
+                "still.csv",
+                "a channel of vibration that changes",
+                "one value throughout",
+            ],
         ),
         (
             &["strokes", "a_b.csv"],
