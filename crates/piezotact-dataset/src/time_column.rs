@@ -78,8 +78,8 @@ impl TimeBase {
 
     /// So many rows, before some of which samples are missing, so many of each.
     pub(crate) fn with_gaps(rate: SampleRate, mut gaps: Vec<(usize, usize)>, rows: usize) -> Self {
-        // A damaged file may state a gap behind its last row.
-        gaps.retain(|(row, _)| *row < rows);
+        // A damaged file may state a gap before its first row or behind its last one.
+        gaps.retain(|(row, _)| (1..rows).contains(row));
         Self {
             rate,
             rows: if gaps.is_empty() { 0 } else { rows },
@@ -127,7 +127,7 @@ impl TimeBase {
         }
         let ends = |at: usize| starts.get(at + 1).copied().unwrap_or(rows);
         let lasts_s = |from: usize, end: usize| {
-            self.time_of(end - 1) - self.time_of(from) + 1.0 / self.rate.hz()
+            self.time_of(end.saturating_sub(1)) - self.time_of(from) + 1.0 / self.rate.hz()
         };
         let end = ends(number - 1);
         if part.is_none() {
