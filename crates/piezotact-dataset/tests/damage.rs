@@ -71,35 +71,24 @@ fn kinds() -> Vec<Kind> {
     kinds
 }
 
-fn rows(line: impl Fn(usize) -> String) -> String {
-    (0..60).map(line).collect()
+/// 60 rows of time, a vibration and a force.
+fn rows(hz: f64, between: &str) -> String {
+    let row = |i: usize| {
+        let (time_s, vibration) = (i as f64 / hz, (i * 7 % 11) as f64 / 4.0);
+        format!("{time_s:.4}{between}{vibration}{between}0.25\n")
+    };
+    (0..60).map(row).collect()
 }
 
 /// The export of DewesoftX as text: its header above the names of the channels.
 fn dewesoft() -> String {
     let head = "File name: test.dxd\nStart time: 3/15/2024 10:22:33.250\nNumber of channels: 2\nSample rate: 1000 Hz\n\n\
         Time (s)\tacc (m/s2)\tfz (N)\n";
-    let row = |i: usize| {
-        format!(
-            "{:.4}\t{:.5}\t{:.4}\n",
-            i as f64 / 1000.0,
-            (i * 7 % 11) as f64 / 3.0,
-            0.2
-        )
-    };
-    head.to_owned() + &rows(row)
+    head.to_owned() + &rows(1000.0, "\t")
 }
 
 fn table() -> String {
-    let row = |i: usize| {
-        format!(
-            "{},{},{:.4}\n",
-            i as f64 / 500.0,
-            (i * 7 % 11) as f64 / 4.0,
-            0.25
-        )
-    };
-    "time (s),nail (m/s2),fz (N)\n".to_owned() + &rows(row)
+    "time (s),nail (m/s2),fz (N)\n".to_owned() + &rows(500.0, ",")
 }
 
 fn wav() -> Vec<u8> {

@@ -250,3 +250,16 @@ fn a_pause_divides_the_recording_into_parts() {
             .contains("a part from 1 to 2")
     );
 }
+
+/// Of a damaged file: a part that ended before its first row was a panic.
+#[test]
+fn gaps_outside_of_the_rows_are_none() {
+    let rate = SampleRate::new(1000.0).unwrap();
+    let gaps = vec![(0, 100), (20, 100), (50, 100), (60, 100)];
+    let base = TimeBase::with_gaps(rate, gaps, 50);
+    assert_eq!(base.starts(), [0, 20]);
+    let mut warnings = Vec::new();
+    let none = TimeBase::with_gaps(rate, vec![(0, 100)], 0);
+    let part = none.part(Path::new("a.lvm"), None, 0, &mut warnings);
+    assert!(part.is_ok() && warnings.is_empty());
+}

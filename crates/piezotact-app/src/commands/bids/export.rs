@@ -372,29 +372,11 @@ impl Export<'_> {
                 self.uncut += 1;
             }
             self.warnings.extend(strokes.warnings());
-            let touched = Touched {
-                participant: &strokes.participant,
-                session: Some(&session),
-                task: &task,
-                sample: Some(&sample),
-                recording: &strokes.recording,
-                at_ms: None,
-                events: strokes.events.as_ref(),
-                file: path,
-                named_by: NamedBy::Person,
-            };
-            let written = self.writer.recording(&touched)?;
+            let at = (Some(session.as_str()), task.as_str());
+            let written = strokes.write(&mut self.writer, path, at)?;
             let key = (strokes.participant.clone(), sample.clone());
-            self.sources
-                .entry(key.clone())
-                .or_default()
-                .push(written.clone());
+            self.sources.entry(key.clone()).or_default().push(written);
             self.recorded.insert(key);
-            if let Some(take) = &strokes.take {
-                for one in derived::of_strokes(take, &touched, &written) {
-                    self.writer.derived(&one.borrowed())?;
-                }
-            }
             writing.one_more();
         }
         drop((writing, between));

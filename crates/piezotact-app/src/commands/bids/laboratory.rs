@@ -1,15 +1,13 @@
 //! `piezotact bids export` without a study: recordings and transfer functions of a laboratory, as a data set without sessions.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::anyhow;
 use piezotact::recording::BenchKind;
 use piezotact::warning::{Warning, merged};
 use piezotact_people::campaign::chain::Sha;
-use piezotact_study::bids::{
-    BidsWriter, Calendar, DatasetAbout, Exported, NamedBy, NotCarried, Person, Touched,
-};
+use piezotact_study::bids::{BidsWriter, Calendar, DatasetAbout, Exported, NotCarried, Person};
 
 use super::export::{Arguments, WRITING, goes_on, wordlike};
 use super::{derived, recordings};
@@ -81,35 +79,13 @@ impl Laboratory<'_> {
             goes_on()?;
             let (meta, otherwise) = (args.meta.as_ref(), args.participant.as_deref());
             let strokes = recordings::strokes(path, meta, otherwise, &args.reading)?;
-            self.add(path, &strokes)?;
+            self.note_person(&strokes);
+            self.uncut += usize::from(strokes.events.is_none());
+            self.warnings.extend(strokes.warnings());
+            strokes.write(&mut self.writer, path, (None, &args.task))?;
             writing.one_more();
         }
         drop((writing, between));
-        Ok(())
-    }
-
-    /// The recording in `path`, with what was derived from it.
-    fn add(&mut self, path: &Path, strokes: &recordings::Strokes) -> Outcome {
-        self.note_person(strokes);
-        self.uncut += usize::from(strokes.events.is_none());
-        self.warnings.extend(strokes.warnings());
-        let touched = Touched {
-            participant: &strokes.participant,
-            session: None,
-            task: &self.args.task,
-            sample: strokes.sample.as_deref(),
-            recording: &strokes.recording,
-            at_ms: None,
-            events: strokes.events.as_ref(),
-            file: path,
-            named_by: NamedBy::Person,
-        };
-        let written = self.writer.recording(&touched)?;
-        if let Some(take) = &strokes.take {
-            for one in derived::of_strokes(take, &touched, &written) {
-                self.writer.derived(&one.borrowed())?;
-            }
-        }
         Ok(())
     }
 

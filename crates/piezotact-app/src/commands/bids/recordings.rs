@@ -15,7 +15,9 @@ use piezotact::study::{
 };
 use piezotact::warning::Warning;
 use piezotact_dataset::{NamePattern, cuts_path, known_naming, read_cuts_of, reads};
+use piezotact_study::bids::{BidsWriter, NamedBy, Touched};
 
+use super::derived;
 use crate::cli::Reading;
 use crate::failure::{Failure, Outcome, usage};
 use crate::reading::read;
@@ -31,6 +33,35 @@ pub(super) struct Strokes {
     pub(super) events: Option<Table>,
     /// With its features and spectra, where it has strokes.
     pub(super) take: Option<AnalysedRecording>,
+}
+
+impl Strokes {
+    /// Writes the recording, of the file at `path`, with what was derived from it; gives its name in the data set.
+    pub(super) fn write(
+        &self,
+        writer: &mut BidsWriter<'_>,
+        path: &Path,
+        (session, task): (Option<&str>, &str),
+    ) -> Outcome<String> {
+        let touched = Touched {
+            participant: &self.participant,
+            session,
+            task,
+            sample: self.sample.as_deref(),
+            recording: &self.recording,
+            at_ms: None,
+            events: self.events.as_ref(),
+            file: path,
+            named_by: NamedBy::Person,
+        };
+        let written = writer.recording(&touched)?;
+        if let Some(take) = &self.take {
+            for one in derived::of_strokes(take, &touched, &written) {
+                writer.derived(&one.borrowed())?;
+            }
+        }
+        Ok(written)
+    }
 }
 
 /// The checksums of `paths`.
