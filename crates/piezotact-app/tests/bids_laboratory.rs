@@ -193,3 +193,36 @@ fn who_was_recorded_is_stated_and_never_guessed() {
         assert!(!folder.path("none").exists(), "{line}");
     }
 }
+
+/// What the program says of a recording of another program names its channels; a data set does not repeat such names.
+#[test]
+fn words_of_a_file_are_not_carried_by_its_warnings() {
+    let folder = Folder::new();
+    let made = table(&recorded(&mut Random::new(3), &[Kind::Plain]));
+    let (header, rows) = made.split_once('\n').unwrap();
+    // Two vibrations and a force: the choice among them is a warning that names them.
+    let mut text = header.to_owned() + ",acc nail 2024-03-05 (m/s2)\n";
+    for (at, row) in rows.lines().enumerate() {
+        let more = if at % 2 == 0 { 0.25 } else { -0.25 };
+        text.push_str(&format!("{row},{more}\n"));
+    }
+    folder.write("P01_S4.csv", text);
+    let done = run(
+        &folder,
+        "bids export --recordings P01_S4.csv --meta {participant}_{sample} --out bids",
+    );
+    done.expect_success();
+    let root = folder.path("bids");
+    let mut codes = 0;
+    for path in files(&root) {
+        if let Ok(text) = std::fs::read_to_string(root.join(&path)) {
+            assert!(!text.contains("2024-03"), "{}: {text}", path.display());
+            codes += text.matches("see docs/guide/warnings.md").count();
+        }
+    }
+    assert!(codes > 0, "{}", done.out());
+    // What was measured stays in the name of the channel.
+    let sidecar = file(&root, &["acq-S4_run-1", "physio.json"]);
+    let sidecar = std::fs::read_to_string(sidecar).unwrap();
+    assert!(sidecar.contains("acc nail"), "{sidecar}");
+}

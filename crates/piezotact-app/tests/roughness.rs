@@ -507,3 +507,31 @@ fn a_map_of_dots_gives_its_period_and_the_ra_of_its_lines() {
     folder.run(&words).expect_success();
     self_contained(&std::fs::read_to_string(folder.path("r.html")).unwrap());
 }
+
+#[test]
+fn an_array_of_heights_takes_its_unit_and_step() {
+    let folder = Folder::new();
+    // Ridges of 0.4 mm, 20 µm high, in steps of 20 µm: an array of NumPy in mm.
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    let header = "{'descr': '<f8', 'fortran_order': False, 'shape': (60, 400), }";
+    let header = format!("{header:<117}\n");
+    bytes.extend(u16::try_from(header.len()).unwrap().to_le_bytes());
+    bytes.extend(header.as_bytes());
+    for _row in 0..60 {
+        for column in 0..400 {
+            let x = f64::from(column) * 0.02;
+            let height = 0.01 * (std::f64::consts::TAU * x / 0.4).sin();
+            bytes.extend(height.to_le_bytes());
+        }
+    }
+    std::fs::write(folder.path("map.npy"), bytes).unwrap();
+    let line = "roughness map.npy --step 20um --z-unit mm --json";
+    let words: Vec<&str> = line.split(' ').collect();
+    let done = folder.run(&words);
+    done.expect_success();
+    let value = done.json();
+    check(&value["texture"], "period_um", 400.0, 0.01);
+    folder
+        .run(&["roughness", "map.npy", "--x-unit", "mm"])
+        .expect_failure(2, &["--x-unit"]);
+}

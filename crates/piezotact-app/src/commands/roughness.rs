@@ -221,7 +221,9 @@ fn nothing_stated_in_vain(args: &Arguments, file: &Path, kind: TopographyKind) -
     use TopographyKind as Kind;
     let (step, x_unit, z_unit) = match kind {
         Kind::PointText | Kind::ProfileText => (false, true, true),
-        Kind::MatrixText | Kind::HeightText | Kind::Surfcom => (true, false, true),
+        Kind::MatrixText | Kind::HeightText | Kind::Surfcom | Kind::Npy | Kind::Mat => {
+            (true, false, true)
+        }
         _ => (false, false, false),
     };
     for (option, given, used) in [

@@ -27,7 +27,7 @@ pub use folder::{NewFolder, require_outside};
 pub use label::label_of;
 pub use name::Entities;
 pub use page::Imported;
-pub use privacy::Calendar;
+pub use privacy::{Calendar, warnings_carried};
 pub use read::{BidsFolder, BidsRecording};
 pub use write::{BidsWriter, Brain, BrainAbout, Derived, Exported, NamedBy, Sources, Touched};
 

@@ -1,7 +1,9 @@
 //! What of people may stand in a data set that others open: shifted dates, ages that are not rare, and no words that somebody typed.
 
 use piezotact::quantity::Seconds;
-use piezotact::recording::StartTime;
+use piezotact::recording::{Recording, StartTime};
+use piezotact::warning::Warning;
+use serde_json::{Map, Value};
 
 /// From this age on all have this one.
 ///
@@ -205,6 +207,44 @@ pub(super) fn without_folders(text: &str) -> String {
 /// A text of a recording as it may be carried: without folders; `None` where it holds a date, an address or a number of a telephone.
 pub(super) fn carried(text: &str) -> Option<String> {
     personal(text).is_none().then(|| without_folders(text))
+}
+
+/// Fields of warnings whose words are the program's own.
+const OWN_WORDS: [&str; 7] = ["at", "by", "fault", "how", "of", "role", "why"];
+/// A larger number may be a date or a number of a telephone.
+const LARGEST: f64 = 1e8;
+
+/// The warnings of `recording` as they may be carried: of a recording of another program without words, which may hold the names of
+/// its channels, events and files.
+#[must_use]
+pub fn warnings_carried(recording: &Recording, warnings: Vec<Warning>) -> Vec<Warning> {
+    if recording.about.provenance.bench.is_some() {
+        return warnings;
+    }
+    warnings.into_iter().map(without_words).collect()
+}
+
+fn without_words(warning: Warning) -> Warning {
+    let fields: Map<String, Value> = (warning.fields.into_iter())
+        .filter(|(name, value)| match value {
+            Value::Bool(_) => true,
+            Value::Number(number) => number.as_f64().is_some_and(|x| x.abs() < LARGEST),
+            Value::String(word) => {
+                let is_tag = |sign: char| sign.is_ascii_lowercase() || sign == '_';
+                OWN_WORDS.contains(&name.as_str()) && word.chars().all(is_tag)
+            }
+            _ => false,
+        })
+        .collect();
+    Warning {
+        text: format!(
+            "`{}` (its sentence may hold names of the original file and is left out): see docs/guide/warnings.md",
+            warning.code
+        ),
+        code: warning.code,
+        fields,
+        seen: warning.seen,
+    }
 }
 
 /// Words of which one in the name of a column says that it holds who somebody is.

@@ -8,12 +8,12 @@ use crate::recording::{Clock, Clocks, Recording, RecordingError, RecordingWarnin
 use crate::warning::Warning;
 
 impl Roles {
-    /// The channels of `recording` on the clock of those that play a part, and the samples in which the motion was measured: all of them
-    /// where there is none, or where it has their clock.
+    /// The channels of `recording` on the clock of those that play a part, and the samples in which the motion was measured, in one
+    /// range or several: all of them where there is none, or where it has their clock.
     ///
     /// A motion with a clock of its own is placed on that of vibration and forces, with a warning that states its rate and how much later
     /// it begins. Up to one of its own periods before its first and behind its last sample it stays where it is; farther away nothing
-    /// moves.
+    /// moves. Where more than ten samples of it were lost, it was not measured.
     ///
     /// Formula: x(t) = x₀ + (x₁ − x₀)(t − t₀)/(t₁ − t₀) between the samples x₀ and x₁ around t.
     ///
@@ -25,7 +25,7 @@ impl Roles {
     pub fn on_one_clock(
         &self,
         mut recording: Recording,
-    ) -> Result<(Recording, Range<usize>), RecordingError> {
+    ) -> Result<(Recording, Vec<Range<usize>>), RecordingError> {
         let others = Self {
             motion: None,
             ..self.clone()
@@ -36,13 +36,42 @@ impl Roles {
             let clocks = [motion.channel(), other].map(|name| recording.clock_of(name));
             if clocks[0] != clocks[1] {
                 let within = place(&mut recording, (motion, clocks[0]), (other, clocks[1]))?;
-                measured = Some(within);
+                measured = Some(without_lost(within, &recording, clocks));
             }
         }
         let recording = recording.on_the_clock_of(self.channels())?;
-        let measured = measured.unwrap_or(0..recording.len());
+        let all = 0..recording.len();
+        let measured = measured.unwrap_or_else(|| vec![all]);
         Ok((recording, measured))
     }
+}
+
+/// As many samples of a motion are needed to say that a finger stood or turned between them.
+const LONGEST_LOSS: f64 = 10.0;
+
+/// `within`, in samples of the second clock, without the stretches in which more than ten samples of the first one were lost.
+fn without_lost(
+    within: Range<usize>,
+    recording: &Recording,
+    [motion, clock]: [Clock; 2],
+) -> Vec<Range<usize>> {
+    let longest_s = LONGEST_LOSS / motion.rate_hz.hz();
+    let sample = |s: f64| ((s - clock.start_s.0) * clock.rate_hz.hz()).max(0.0);
+    let mut measured = Vec::new();
+    let mut start = within.start;
+    for &[from_s, to_s] in &recording.about.provenance.losses.stretches_s {
+        if to_s - from_s > longest_s {
+            let lost = [
+                sample(from_s).floor() as usize,
+                sample(to_s).ceil() as usize,
+            ];
+            measured.push(start..lost[0].min(within.end));
+            start = start.max(lost[1]);
+        }
+    }
+    measured.push(start..within.end);
+    measured.retain(|range| !range.is_empty());
+    measured
 }
 
 /// Places `motion` on the clock of `other`; gives the samples there in which it was measured.
@@ -150,6 +179,11 @@ mod tests {
         .unwrap()
     }
 
+    fn only(measured: &[Range<usize>]) -> Range<usize> {
+        assert_eq!(measured.len(), 1);
+        measured[0].clone()
+    }
+
     #[test]
     fn position_of_a_camera_is_placed_by_time_with_its_offset() {
         for later_s in [-0.2513, -0.001, 0.0013, 0.25] {
@@ -161,9 +195,9 @@ mod tests {
             let x = &placed.pick(Some("x"), &Unit::Metre).unwrap().samples;
             // What is before the first sample of the camera, but for a period of 5 ms, was not measured.
             let unmeasured_s: f64 = (later_s - 0.005).max(0.0);
-            assert_eq!(measured.start, (unmeasured_s * 5000.0).ceil() as usize);
-            assert_eq!(measured.end, 10_000);
-            let inside = measured.start + 30;
+            let start = (unmeasured_s * 5000.0).ceil() as usize;
+            assert_eq!(only(&measured), start..10_000);
+            let inside = start + 30;
             for (at, found_m) in x.iter().enumerate().skip(inside) {
                 let true_m = way(at as f64 / 5000.0);
                 assert!(
@@ -184,10 +218,10 @@ mod tests {
         let made = tracked(Unit::MetrePerSecond, 0.5, 1.0, |_| 0.03);
         let (roles, _) = Roles::guess(&made);
         let (placed, measured) = roles.on_one_clock(made).unwrap();
-        assert_eq!(measured, 2475..7501);
+        assert_eq!(only(&measured), 2475..7501);
         let v = &placed.pick(Some("x"), &Unit::Metre).unwrap().samples;
         let moves = |at: &usize| v[*at] > 0.0;
-        assert_eq!((0..v.len()).filter(moves).count(), measured.len());
+        assert_eq!((0..v.len()).filter(moves).count(), measured[0].len());
         let said = placed.about.warnings[0].to_string();
         assert!(said.contains("from 0.495 s to 1.500 s"), "{said}");
     }
@@ -213,6 +247,16 @@ mod tests {
             Recording::new(channels, rate, Condition::default(), Provenance::default()).unwrap();
         let (roles, _) = Roles::guess(&made);
         let (same, measured) = roles.on_one_clock(made.clone()).unwrap();
-        assert_eq!((same, measured), (made, 0..100));
+        assert_eq!((same, only(&measured)), (made, 0..100));
+    }
+
+    #[test]
+    fn motion_that_was_lost_for_ten_samples_was_not_measured_there() {
+        let mut made = tracked(Unit::Metre, 0.0, 2.0, |t| t);
+        // Three samples, which a line stands for, and a hundred.
+        made.about.provenance.losses.stretches_s = vec![[0.4, 0.415], [1.0, 1.5]];
+        let (roles, _) = Roles::guess(&made);
+        let (_, measured) = roles.on_one_clock(made).unwrap();
+        assert_eq!(measured, [0..5000, 7500..9981]);
     }
 }

@@ -104,16 +104,20 @@ impl Cuts {
 }
 
 impl Segmentation {
-    /// The same with the strokes rejected that are not `within` these samples, where the motion of another device was measured.
+    /// The same with the strokes rejected that are not `within` one of these ranges of samples, where the motion of another device was
+    /// measured.
     ///
     /// Source: house rule; see [`crate::roles::Roles::on_one_clock`].
     #[must_use]
-    pub fn within(mut self, within: &Range<usize>) -> Self {
+    pub fn within(mut self, within: &[Range<usize>]) -> Self {
         if !matches!(self.rule, Rule::Force(_) | Rule::Speed(_)) {
             return self;
         }
         let is_within = |stroke: &Stroke| {
-            within.start <= stroke.steady.start && stroke.steady.end <= within.end
+            let Interval { start, end } = stroke.steady;
+            within
+                .iter()
+                .any(|one| one.start <= start && end <= one.end)
         };
         let (strokes, outside): (Vec<Stroke>, Vec<Stroke>) =
             self.strokes.into_iter().partition(is_within);

@@ -319,7 +319,7 @@ impl Reason {
             Self::NoSliding => "no sliding",
             Self::SlidingUnclear { .. } => "sliding unclear",
             Self::NoContact => "no contact",
-            Self::CutByRecording => "cut by the recording's end",
+            Self::CutByRecording => "not recorded whole",
             Self::ByPerson { .. } => "excluded by hand",
         }
     }

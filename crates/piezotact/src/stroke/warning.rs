@@ -21,7 +21,7 @@ pub enum StrokeWarning {
         "stick_slip" => "stick-slip".into(),
         "interrupted" => "interrupted sliding".into(),
         "reversed" => "reversed direction".into(),
-        "cut_by_recording" => "cut by the recording's end".into(),
+        "cut_by_recording" => "not recorded whole".into(),
         "by_person" => "excluded by hand".into(),
         other => other.replace('_', " "),
         }),

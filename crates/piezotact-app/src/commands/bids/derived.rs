@@ -18,7 +18,7 @@ use piezotact_people::association::{
 use piezotact_people::campaign::dictionary::{ColumnMeaning, columns_of};
 use piezotact_people::campaign::plan::Plan;
 use piezotact_people::campaign::readiness::stimuli_of;
-use piezotact_study::bids::{Derived, Sources, Touched};
+use piezotact_study::bids::{Derived, Sources, Touched, warnings_carried};
 use serde_json::json;
 
 use crate::commands::campaign::study::Study;
@@ -116,7 +116,8 @@ pub(super) fn of_strokes(take: &AnalysedRecording, of: &Touched<'_>, written: &s
             "Features of each stroke, in SI units, without a high-pass. Rms and peak are about the mean of the stroke, the normal force is above its zero.",
         ],
     };
-    let settings = json!({ "settings": analysis.config, "warnings": take.warnings() });
+    let warnings = warnings_carried(of.recording, take.warnings());
+    let settings = json!({ "settings": analysis.config, "warnings": warnings });
     let owned = |desc, suffix, table, columns, description| Owned {
         of: Some((of.participant.to_owned(), of.session.map(str::to_owned))),
         task: Some(of.task.to_owned()),

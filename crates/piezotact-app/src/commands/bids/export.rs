@@ -190,7 +190,7 @@ fn written(
         uncut: 0,
         recorded: BTreeSet::new(),
         sources: BTreeMap::new(),
-        warnings: Vec::new(),
+        said: recordings::Said::default(),
     };
     export.people()?;
     export.played()?;
@@ -204,14 +204,9 @@ fn written(
     not_carried.extend((withdrawn > 0).then_some(NotCarried::Withdrawn {
         sessions: withdrawn,
     }));
-    let of_recordings = merged(&export.warnings);
-    let in_words: Vec<String> = of_recordings.iter().map(merged_text).collect();
+    let in_words = export.said.in_words();
     let (mut exported, place) = export.writer.finish(not_carried, &in_words)?;
-    for warning in export.warnings {
-        if !exported.warnings.contains(&warning) {
-            exported.warnings.push(warning);
-        }
-    }
+    export.said.put_into(&mut exported);
     Ok((exported, place))
 }
 
@@ -239,8 +234,7 @@ struct Export<'a> {
     recorded: BTreeSet<(String, String)>,
     /// The recordings of strokes by participant and sample, from the root.
     sources: BTreeMap<(String, String), Vec<String>>,
-    /// What a person should know of the recordings that were given.
-    warnings: Vec<Warning>,
+    said: recordings::Said,
 }
 
 /// The files of one session that its tables name.
@@ -371,7 +365,7 @@ impl Export<'_> {
             if strokes.events.is_none() {
                 self.uncut += 1;
             }
-            self.warnings.extend(strokes.warnings());
+            self.said.add_of(&strokes);
             let at = (Some(session.as_str()), task.as_str());
             let written = strokes.write(&mut self.writer, path, at)?;
             let key = (strokes.participant.clone(), sample.clone());
@@ -443,7 +437,7 @@ impl Export<'_> {
             let session = self.session_of(path, &participant, &task)?;
             let source = read_eeg_source(path)?;
             for segment in source.segments.into_iter().map(|part| part.recording) {
-                self.warnings.extend(segment.about.warnings.iter().cloned());
+                self.said.add(&segment.about.warnings);
                 self.writer.eeg(Brain {
                     participant: &participant,
                     session: &session,

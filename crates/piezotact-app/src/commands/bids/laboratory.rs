@@ -5,13 +5,11 @@ use std::path::PathBuf;
 
 use anyhow::anyhow;
 use piezotact::recording::BenchKind;
-use piezotact::warning::{Warning, merged};
 use piezotact_people::campaign::chain::Sha;
 use piezotact_study::bids::{BidsWriter, Calendar, DatasetAbout, Exported, NotCarried, Person};
 
 use super::export::{Arguments, WRITING, goes_on, wordlike};
 use super::{derived, recordings};
-use crate::advice::merged_text;
 use crate::deliver::deliver_and;
 use crate::failure::{Outcome, usage};
 use crate::interrupt::Between;
@@ -48,7 +46,7 @@ pub(super) fn run(args: &Arguments) -> Outcome {
         benches: Vec::new(),
         dates: 0,
         uncut: 0,
-        warnings: Vec::new(),
+        said: recordings::Said::default(),
     };
     laboratory.recordings()?;
     laboratory.transfer_functions()?;
@@ -66,8 +64,7 @@ struct Laboratory<'a> {
     /// How many recordings state when they were begun.
     dates: usize,
     uncut: usize,
-    /// What a person should know of the recordings.
-    warnings: Vec<Warning>,
+    said: recordings::Said,
 }
 
 impl Laboratory<'_> {
@@ -81,7 +78,7 @@ impl Laboratory<'_> {
             let strokes = recordings::strokes(path, meta, otherwise, &args.reading)?;
             self.note_person(&strokes);
             self.uncut += usize::from(strokes.events.is_none());
-            self.warnings.extend(strokes.warnings());
+            self.said.add_of(&strokes);
             strokes.write(&mut self.writer, path, (None, &args.task))?;
             writing.one_more();
         }
@@ -139,10 +136,8 @@ impl Laboratory<'_> {
     /// Writes the tables of people and of the data set.
     fn finished(mut self) -> Outcome<(Exported, PathBuf)> {
         let not_carried = self.not_carried();
-        let in_words = merged(&self.warnings);
-        let in_words = in_words.iter().map(merged_text);
-        let simulated = BenchKind::simulated(self.benches);
-        let said: Vec<String> = simulated.into_iter().chain(in_words).collect();
+        let simulated = BenchKind::simulated(self.benches).into_iter();
+        let said: Vec<String> = simulated.chain(self.said.in_words()).collect();
         for mut person in self.people.into_values() {
             if person.first_ms == i64::MAX {
                 person.first_ms = 0;
@@ -150,11 +145,7 @@ impl Laboratory<'_> {
             self.writer.person(person)?;
         }
         let (mut exported, place) = self.writer.finish(not_carried, &said)?;
-        for warning in self.warnings {
-            if !exported.warnings.contains(&warning) {
-                exported.warnings.push(warning);
-            }
-        }
+        self.said.put_into(&mut exported);
         Ok((exported, place))
     }
 }

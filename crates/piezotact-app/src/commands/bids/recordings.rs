@@ -13,11 +13,12 @@ use piezotact::study::{
     self, AnalysedRecording, Breadth, Factor, Gesture, Question, Recorded, Stated, StudySettings,
     events_table,
 };
-use piezotact::warning::Warning;
+use piezotact::warning::{Warning, merged};
 use piezotact_dataset::{NamePattern, cuts_path, known_naming, read_cuts_of, reads};
-use piezotact_study::bids::{BidsWriter, NamedBy, Touched};
+use piezotact_study::bids::{BidsWriter, Exported, NamedBy, Touched, warnings_carried};
 
 use super::derived;
+use crate::advice::merged_text;
 use crate::cli::Reading;
 use crate::failure::{Failure, Outcome, usage};
 use crate::reading::read;
@@ -179,12 +180,41 @@ fn require_touch(path: &Path, recording: &Recording) -> Outcome {
     }
 }
 
-impl Strokes {
-    /// What a person should know before relying on the recording.
-    pub(super) fn warnings(&self) -> Vec<Warning> {
-        let own = self.recording.about.warnings.iter().cloned();
-        own.chain(self.take.iter().flat_map(AnalysedRecording::warnings))
-            .collect()
+/// What a person should know of the recordings that are exported: all of it for who exports, and what the data set may say.
+#[derive(Default)]
+pub(super) struct Said {
+    own: Vec<Warning>,
+    carried: Vec<Warning>,
+}
+
+impl Said {
+    /// Adds warnings that the data set may repeat.
+    pub(super) fn add(&mut self, warnings: &[Warning]) {
+        self.own.extend_from_slice(warnings);
+        self.carried.extend_from_slice(warnings);
+    }
+
+    /// Adds what is known of a recording of strokes.
+    pub(super) fn add_of(&mut self, strokes: &Strokes) {
+        let recording = &strokes.recording;
+        let mut warnings = recording.about.warnings.clone();
+        warnings.extend(strokes.take.iter().flat_map(AnalysedRecording::warnings));
+        self.own.extend_from_slice(&warnings);
+        self.carried.extend(warnings_carried(recording, warnings));
+    }
+
+    /// The sentences of the data set.
+    pub(super) fn in_words(&self) -> Vec<String> {
+        merged(&self.carried).iter().map(merged_text).collect()
+    }
+
+    /// Puts all into what is said of the export.
+    pub(super) fn put_into(self, exported: &mut Exported) {
+        for warning in self.own {
+            if !exported.warnings.contains(&warning) {
+                exported.warnings.push(warning);
+            }
+        }
     }
 }
 

@@ -73,20 +73,24 @@ pub(super) fn column_names(own: &[String]) -> Vec<String> {
                 }
             })
             .collect();
-        let plain = if plain.is_empty() {
-            "channel".to_owned()
-        } else {
-            plain
-        };
-        let mut name = plain.clone();
-        let mut count = 1;
-        while names.contains(&name) {
-            count += 1;
-            name = format!("{plain}_{count}");
-        }
-        names.push(name);
+        names.push(once_more(plain, '_', &names));
     }
     names
+}
+
+/// `name`, or `channel` where it is empty; with a number where it is one of `names`.
+fn once_more(name: String, before_number: char, names: &[String]) -> String {
+    let plain = match name.is_empty() {
+        true => "channel".to_owned(),
+        false => name,
+    };
+    let mut name = plain.clone();
+    let mut count = 1;
+    while names.contains(&name) {
+        count += 1;
+        name = format!("{plain}{before_number}{count}");
+    }
+    name
 }
 
 pub(super) fn sidecars(meanings: &BTreeMap<String, ColumnMeaning>) -> Columns {
@@ -95,12 +99,25 @@ pub(super) fn sidecars(meanings: &BTreeMap<String, ColumnMeaning>) -> Columns {
         .collect()
 }
 
-/// The names of channels as they may be carried.
+/// The names of channels as they may be carried: of one with a date the words without digits, which say what was measured.
 pub(super) fn names_carried(channels: &[&Channel]) -> Vec<String> {
-    let names = channels.iter().map(|channel| carried(&channel.name));
+    let mut names: Vec<String> = Vec::new();
+    for channel in channels {
+        let name = carried(&channel.name)
+            .unwrap_or_else(|| once_more(words_of(&channel.name), ' ', &names));
+        names.push(name);
+    }
     names
-        .map(|name| name.unwrap_or_else(|| "channel".to_owned()))
-        .collect()
+}
+
+/// The words of `text` without digits, dates and addresses.
+fn words_of(text: &str) -> String {
+    let words = text.split(|sign: char| !sign.is_alphanumeric() && sign != '@' && sign != '.');
+    let words = words.filter(|word| {
+        let is_number = word.chars().any(|sign| sign.is_ascii_digit());
+        !word.is_empty() && !is_number && !word.contains(['@', '.'])
+    });
+    words.collect::<Vec<_>>().join(" ")
 }
 
 /// Whether the recording is of one of our benches; notes in files of other programs were typed by somebody.

@@ -10,7 +10,7 @@ use super::super::error::BidsError;
 use super::super::json::{ColumnSidecar, SignalSidecar, channel_meaning};
 use super::super::name::{Entities, STIM};
 use super::super::physio::write_signals;
-use super::super::privacy::{carried, without_folders};
+use super::super::privacy::{carried, warnings_carried, without_folders};
 use super::super::table::tsv_text;
 use super::parts::{
     DRIVE, column_names, events_carried, groups, is_of_a_bench, names_carried, suffix_number,
@@ -206,7 +206,7 @@ impl BidsWriter<'_> {
             channels: numbers.to_vec(),
             condition: about.condition.clone(),
             provenance,
-            warnings: about.warnings.clone(),
+            warnings: warnings_carried(touched.recording, about.warnings.clone()),
             labels,
             source_file: source.as_ref().map(|name| format!("bids::{name}")),
             others,
