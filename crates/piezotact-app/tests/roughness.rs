@@ -526,12 +526,11 @@ fn an_array_of_heights_takes_its_unit_and_step() {
     }
     std::fs::write(folder.path("map.npy"), bytes).unwrap();
     let line = "roughness map.npy --step 20um --z-unit mm --json";
-    let words: Vec<&str> = line.split(' ').collect();
+    let mut words: Vec<&str> = line.split(' ').collect();
     let done = folder.run(&words);
     done.expect_success();
     let value = done.json();
     check(&value["texture"], "period_um", 400.0, 0.01);
-    folder
-        .run(&["roughness", "map.npy", "--x-unit", "mm"])
-        .expect_failure(2, &["--x-unit"]);
+    words.extend(["--x-unit", "mm"]);
+    folder.run(&words).expect_failure(2, &["--x-unit"]);
 }

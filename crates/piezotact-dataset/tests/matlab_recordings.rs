@@ -176,6 +176,30 @@ fn a_time_holds_for_structures_within_it() {
     ));
 }
 
+/// A tracker with times of its own beside sensors with a rate alone keeps its start, and what is assumed of the sensors is said.
+#[test]
+fn a_time_beside_a_rate_keeps_its_start() {
+    let sensor = structures(
+        "sensor",
+        &["acc", "fs"],
+        &[vec![column("", &[1.0, 2.0, 3.0, 4.0]), column("", &[10.0])]],
+    );
+    let tracker = |from_s: f64| {
+        let t = [0.0, 0.2, 0.4].map(|t| t + from_s);
+        let fields = vec![column("", &[7.0, 8.0, 9.0]), column("", &t)];
+        structures("tracker", &["x", "t"], &[fields])
+    };
+    for from_s in [0.0, 0.3] {
+        let recording = read(&[sensor.clone(), tracker(from_s)]).unwrap();
+        let starts: Vec<(&str, f64)> = (channels(&recording).into_iter())
+            .map(|(name, _, start_s, _)| (name, (start_s * 1e9).round() / 1e9))
+            .collect();
+        assert_eq!(starts, [("sensor", 0.0), ("tracker", from_s)]);
+        let assumed = "`sensor` has a rate and no time, and is taken to begin at 0 s";
+        assert_eq!(says(&recording, assumed), from_s > 0.0);
+    }
+}
+
 /// LabVIEW's waveforms, and what converters of TDMS to MATLAB write.
 #[test]
 fn waveforms_and_tables_of_properties_of_labview_are_read() {

@@ -30,12 +30,15 @@ pub fn html(page: &Page, words: &dyn Words) -> Result<String, DrawError> {
         p.soft { (concat!("piezotact ", env!("CARGO_PKG_VERSION"))) }
     };
     let mut blocks = page.sections.iter().flat_map(|section| &section.blocks);
-    Ok(
-        match blocks.any(|block| matches!(block, Block::Beside { .. })) {
-            true => broad_document(&page.title, &body),
-            false => document(&page.title, &body),
-        },
-    )
+    let is_broad = blocks.any(|block| match block {
+        Block::Beside { .. } => true,
+        Block::Table(table) => table.columns.len() > 10,
+        _ => false,
+    });
+    Ok(match is_broad {
+        true => broad_document(&page.title, &body),
+        false => document(&page.title, &body),
+    })
 }
 
 /// A report as text for a terminal: what is simulated, its conclusions, its numbers and its first table.
@@ -221,9 +224,11 @@ pub(crate) fn drawn_table(table: &Table) -> Result<Markup, DrawError> {
             "text"
         })
     };
+    // What is still read without scrolling at 1366 px.
+    let is_tight = table.columns.len() > 7;
     Ok(html! {
         div.wide tabindex="0" role="region" aria-label=(alternative::table(table)) {
-            table {
+            table class=[is_tight.then_some("tight")] {
                 tr { @for (i, column) in table.columns.iter().enumerate() { th class=[class(i)] scope="col" { (column.heading) } } }
                 @for row in &table.rows {
                     tr { @for (i, cell) in row.iter().enumerate() { td class=[class(i)] data-value=[exact(cell)] { (cell_text(cell)) } } }

@@ -305,7 +305,7 @@ pub(crate) struct Render {
     #[arg(long, value_name = "NAME|FILE.toml")]
     pub(crate) device: Option<String>,
     /// Raises or lowers the level of the texture by this many dB; `fit`: its own level, lowered only as much as the device
-    /// requires.
+    /// requires, with --mode texture after its peaks were limited.
     #[arg(
         long,
         default_value = "0",

@@ -18,7 +18,7 @@ const UNKNOWN_BENCH: &str = "The measurement does not say which bench it comes f
 const COLUMNS: &str = "Before the arrow: the open-loop drive. After the arrow: the drive that is kept, from a confirmation measurement \
     that was used neither to correct nor to select it, unless the last column states that there is none. Improvement: how much \
     smaller the error of the best corrected drive is than that of the open loop, in the quantity that the loop minimises (spectrum, or \
-    NMSE of the waveform), with its 95 % interval from the scatter of the measurements; if this interval is not entirely above zero, \
+    normalised mean square error (NMSE) of the waveform), with its 95 % interval from the scatter of the measurements; if this interval is not entirely above zero, \
     the open-loop drive is kept. Error and largest error of a line: over the part of the band that the drive reaches; bands that were \
     attenuated so that the drive fits are left out. Within the limits: at most 1 dB rms and 3 dB on every line, and not worse than with \
     the open loop. Level: relative to the texture. Correlation: of the waveforms. Samples at a limit: the share of samples at which the \

@@ -277,9 +277,11 @@ fn on_clocks(
     };
     one_rate(path, groups.iter().filter_map(rate_in_file), options)?;
     let some_usable = groups.iter().any(|group| rate_in_file(group).is_some());
-    let several = found.times.columns.len() > 1 && groups.iter().all(|group| group.time.is_some());
+    let without_time = groups.iter().find(|group| group.time.is_none());
+    let without_time = without_time.and_then(|group| Some(group.columns.first()?.name.clone()));
+    let several = found.times.columns.len() > 1 || (groups.len() > 1 && without_time.is_some());
     let mut warnings = Vec::<Warning>::new();
-    let mut placed = Vec::new();
+    let (mut placed, mut late) = (Vec::new(), Vec::new());
     for group in groups {
         let (mut of_rate, mut start_s) = (Vec::new(), 0.0);
         let base = match (group.time, &group.stated) {
@@ -288,6 +290,13 @@ fn on_clocks(
                 let time = &found.times.columns[time];
                 if let (true, Some(rate)) = (several, rate) {
                     start_s = start_of(time, rate);
+                    if let (Some(other), true) = (&without_time, start_s != 0.0) {
+                        late.push(format!(
+                            "`{}` begins at {} s; `{other}` has a rate and no time, and is taken to begin at 0 s",
+                            time.name,
+                            digits(start_s)
+                        ));
+                    }
                 }
                 // A rate of a file with several is that of other channels.
                 let own = stated.as_ref().filter(|stated| {
@@ -337,6 +346,9 @@ fn on_clocks(
             base,
             start_s,
         });
+    }
+    for of_time in late {
+        found.guess(of_time);
     }
     one_after_the_other(&mut placed, found);
     if options.rate.is_none() {

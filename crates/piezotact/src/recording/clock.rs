@@ -48,7 +48,8 @@ impl fmt::Display for Clock {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.rate_hz)?;
         if self.start_s.0 > 0.0 {
-            write!(f, " from {} s on", self.start_s.0)?;
+            // Whole µs: differences of times have more digits than any clock.
+            write!(f, " from {} s on", (self.start_s.0 * 1e6).round() / 1e6)?;
         }
         Ok(())
     }

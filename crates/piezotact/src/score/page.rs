@@ -422,7 +422,7 @@ impl Score {
         };
         vec![
             Block::text(format!(
-                "Spectra: one JND is {} dB of level (a fifth in amplitude is 1.58 dB) and {:.0} % of frequency; differences up to {} dB are \
+                "Spectra: one just-noticeable difference (JND) is {} dB of level (a fifth in amplitude is 1.58 dB) and {:.0} % of frequency; differences up to {} dB are \
                  not decided. The excitation is the power divided by the squared detection threshold, spread over third octaves by {:.2} in \
                  ln f; values below threshold are set to the threshold. Their difference is the largest of three: the mean over \
                  the bands weighted by their excitation, the overall sensation level, and the mean frequency of the excitation.",

@@ -18,7 +18,20 @@ pub(super) fn blocks(study: &StudyAnalysis) -> Vec<Block> {
         .iter()
         .flat_map(|one| one.groups.iter().map(|group| (one.setting.as_str(), group)))
         .collect();
-    let mut blocks = vec![Block::note("Mean ± standard deviation over strokes.")];
+    let mut configs = (study.takes.iter()).filter_map(|take| Some(&take.analysis.as_ref()?.config));
+    let bands = configs.next().map_or_else(String::new, |config| {
+        let from = match config.high_pass {
+            Some(_) => "all frequencies that the high-pass leaves",
+            None => "all frequencies",
+        };
+        format!(
+            " Rms, crest factor and kurtosis: of {from}; centroid, highest peak and powers: of {}.",
+            config.band
+        )
+    });
+    let mut blocks = vec![Block::note(format!(
+        "Mean ± standard deviation over strokes.{bands}"
+    ))];
     if comparisons.is_empty() {
         blocks.extend(tables(&pooled));
         return blocks;
@@ -45,7 +58,8 @@ fn tables(groups: &[Placed<'_>]) -> Vec<Block> {
         blocks.push(Block::note(
             "Coarse textures (spatial period above 200 µm) are perceived by a spatial sense, fine ones (below 100 µm) by vibration \
              (Hollins and Risner 2000). Thresholds after Bolanowski et al. (1988) for a large contact; published thresholds differ by \
-             15 to 35 dB. Merkel and Ruffini are not judged.",
+             15 to 35 dB. Pacinian power: the power of the vibration in multiples of the power at these thresholds, summed over frequency. \
+             Merkel and Ruffini are not judged.",
         ));
     }
     blocks
