@@ -194,8 +194,8 @@ fn a_time_beside_a_rate_keeps_its_start() {
         let starts: Vec<(&str, f64)> = (channels(&recording).into_iter())
             .map(|(name, _, start_s, _)| (name, (start_s * 1e9).round() / 1e9))
             .collect();
-        assert_eq!(starts, [("sensor", 0.0), ("tracker", from_s)]);
-        let assumed = "`sensor` has a rate and no time, and is taken to begin at 0 s";
+        assert_eq!(starts, [("sensor.acc", 0.0), ("tracker", from_s)]);
+        let assumed = "`sensor.acc` has a rate and no time, and is taken to begin at 0 s";
         assert_eq!(says(&recording, assumed), from_s > 0.0);
     }
 }
