@@ -5,6 +5,7 @@ mod align;
 mod along_the_way;
 mod clocks;
 mod codes;
+mod comparisons;
 mod conjugate_trap;
 mod copies;
 mod correct;

@@ -118,6 +118,9 @@ pub struct Summary {
     /// The share of the power of the mean PSD that lies around them.
     #[serde(skip_serializing_if = "is_zero")]
     pub share_in_doubt: f64,
+    /// The share of the power of the strokes that is there while nothing is touched too: the noise of the sensor; 0 without a rest.
+    #[serde(skip)]
+    pub share_at_rest: f64,
     /// The finger's own frequency; absent while the speed is not known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fingerprint: Option<Fingerprint>,
@@ -152,6 +155,11 @@ impl Summary {
     /// The mean rms without the lines that may not be the texture's, u.
     pub(super) fn rms_without_lines(&self) -> f64 {
         self.rms.mean * (1.0 - self.share_in_doubt).max(0.0).sqrt()
+    }
+
+    /// The mean rms without what is there while nothing is touched, u.
+    pub(super) fn rms_without_rest(&self) -> f64 {
+        self.rms.mean * (1.0 - self.share_at_rest).max(0.0).sqrt()
     }
 }
 
@@ -242,6 +250,7 @@ pub fn summarise(
         machine_lines_hz: Vec::new(),
         lines_in_doubt_hz: Vec::new(),
         share_in_doubt: 0.0,
+        share_at_rest: share_at_rest(members),
         fingerprint: speed_m_s.map(|speed| match periods.ridge_m {
             // At its expected frequency a smaller peak is accepted.
             Some(_) => {
@@ -256,6 +265,23 @@ pub fn summarise(
         psd,
         warnings,
     })
+}
+
+/// The share of the power of the strokes that stands in the rests of the same recordings, of those that have some.
+fn share_at_rest(members: &[(&Analysis, &Condition)]) -> f64 {
+    let with_rest = members
+        .iter()
+        .filter_map(|(analysis, _)| Some((analysis.rest_psd.as_ref()?, analysis)));
+    let (mut at_rest, mut all) = (0.0, 0.0);
+    for (rest, analysis) in with_rest {
+        let strokes = analysis.strokes.len() as f64;
+        at_rest += strokes * rest.iter().sum::<f64>();
+        all += strokes * analysis.psd.mean.iter().sum::<f64>();
+    }
+    match at_rest > 0.0 && all > 0.0 {
+        true => (at_rest / all).min(1.0),
+        false => 0.0,
+    }
 }
 
 /// Whether the PSDs of `members` can be averaged with the first's.

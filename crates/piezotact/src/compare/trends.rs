@@ -173,22 +173,24 @@ pub(super) fn friction_on(
 }
 
 /// The line of the log rms of `groups` on log `x`; `None` where x spans less than 20 %. Where lines that may not be the texture's hold some of
-/// the power, its interval reaches over that of the line without them too.
+/// the power, or the noise of the sensor at rest does, its interval reaches over those of the lines without them too: noise that is always there
+/// makes every exponent smaller.
 pub(super) fn level_on(x: &[f64], groups: &[&Summary]) -> Option<LogFit> {
     let fit = |level: fn(&Summary) -> f64| {
         let levels: Vec<f64> = groups.iter().map(|group| level(group)).collect();
         log_fit(x, &levels)
     };
     let with = fit(|group| group.rms.mean).filter(|_| spans(x))?;
-    let without = fit(Summary::rms_without_lines)?;
-    let hull = with.slope_interval.zip(without.slope_interval);
-    let hull = hull.map(|(a, b)| [a[0].min(b[0]), a[1].max(b[1])]);
-    let p_values = with.p_value.zip(without.p_value);
-    Some(LogFit {
-        slope_interval: hull.or(with.slope_interval),
-        p_value: p_values.map(|(a, b)| a.max(b)).or(with.p_value),
-        ..with
-    })
+    let mut found = with;
+    for without in [Summary::rms_without_lines, Summary::rms_without_rest] {
+        let without = fit(without)?;
+        let both = found.slope_interval.zip(without.slope_interval);
+        let hull = both.map(|(a, b)| [a[0].min(b[0]), a[1].max(b[1])]);
+        let p_values = found.p_value.zip(without.p_value);
+        found.slope_interval = hull.or(with.slope_interval);
+        found.p_value = p_values.map(|(a, b)| a.max(b)).or(with.p_value);
+    }
+    Some(found)
 }
 
 /// Whether values differ by enough for a power law: over less than 20 % what else differs decides.

@@ -28,6 +28,8 @@ use crate::warning::Warning;
 /// The band over which active and passive touch are compared, Hz.
 const ACTIVE_PASSIVE_HZ: [f64; 2] = [20.0, 500.0];
 
+/// Strokes that are longer than those of another sample by more than this factor are compared over time in their middle alone.
+const LONGER: f64 = 1.1;
 /// The share of the power in lines that may not be the textures' from which on it is a warning.
 const IN_DOUBT: f64 = 0.2;
 
@@ -503,7 +505,8 @@ impl Grouping<'_> {
             .comparisons
             .iter()
             .map(|comparison| {
-                let of = |group: &Group| self.perceived(group, &config.model);
+                let longest_s = self.common_length_s(&comparison.groups);
+                let of = |group: &Group| self.perceived(group, &config.model, longest_s);
                 comparison.groups.iter().map(of).collect()
             })
             .collect();
@@ -517,9 +520,16 @@ impl Grouping<'_> {
         Discrimination::Found(Box::new(found))
     }
 
+    /// The median length of the strokes of the group whose strokes are shortest, s.
+    fn common_length_s(&self, groups: &[Group]) -> f64 {
+        let lengths = groups.iter().map(|group| group.summary.duration_s.median);
+        lengths.fold(f64::INFINITY, f64::min)
+    }
+
     /// What is felt of the strokes of `group`, by recording, in the channel of each recording that vibrates most; `None` where the model of
-    /// perception does not hold.
-    fn perceived(&self, group: &Group, model: &Model) -> Option<PerceivedStrokes> {
+    /// perception does not hold. Of a stroke clearly longer than `longest_s` its middle counts: the course of a level and its events are felt
+    /// over a whole stroke, and how long somebody stroked is no property of a texture.
+    fn perceived(&self, group: &Group, model: &Model, longest_s: f64) -> Option<PerceivedStrokes> {
         let parameters = Parameters::published();
         let skin = |at: Hertz| model.skin_over_nail(at);
         let takes = group.takes.iter().map(|place| &self.takes[*place]);
@@ -536,8 +546,15 @@ impl Grouping<'_> {
                 squares(a).total_cmp(&squares(b))
             })?;
             let strokes = take.segmentation.strokes.iter();
+            let most = longest_s * take.recording.rate().hz();
             let perceived = strokes.map(|stroke| {
-                let samples = stroke.steady.of(strongest.as_slice()).to_vec();
+                let samples = stroke.steady.of(strongest.as_slice());
+                let length = match samples.len() as f64 > LONGER * most {
+                    true => most as usize,
+                    false => samples.len(),
+                };
+                let from = (samples.len() - length) / 2;
+                let samples = samples[from..from + length].to_vec();
                 let series = Series::<Acceleration>::new(samples, take.recording.rate()).ok()?;
                 PerceivedVibration::of("the stroke", &series, &parameters, &skin).ok()
             });

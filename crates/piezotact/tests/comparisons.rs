@@ -1,0 +1,165 @@
+//! Comparisons of recordings in which something else than the texture differs: how long the strokes last, and the noise of the sensor.
+#![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
+
+use crate::vibrations::Random;
+use piezotact::compare::Distinguishability;
+use piezotact::discrimination::Model;
+use piezotact::quantity::{Band, Hertz, SampleRate, Unit};
+use piezotact::recording::{Channel, Condition, Provenance, Recording};
+use piezotact::study::{
+    AnalysedRecording, Breadth, Discrimination, Factor, Gesture, Naming, Question, Recorded,
+    Stated, StudyAnalysis, StudySettings, Trend, analyse, cut,
+};
+
+const RATE_HZ: f64 = 2000.0;
+/// Between strokes nothing is touched, s.
+const REST_S: f64 = 0.6;
+/// A stroke begins and ends so slowly, s.
+const RAMP_S: f64 = 0.12;
+
+/// Strokes of `lasts_s` each, whose vibration is `texture` of so many samples, by a sensor with `noise_m_s2` rms.
+fn recorded(
+    (sample, speed_m_s): (&str, f64),
+    (strokes, lasts_s): (usize, f64),
+    noise_m_s2: f64,
+    random: &mut Random,
+    texture: &dyn Fn(usize, &mut Random) -> Vec<f64>,
+) -> AnalysedRecording {
+    let [rest, length, ramp] = [REST_S, lasts_s, RAMP_S].map(|s| (s * RATE_HZ) as usize);
+    let (mut nail, mut fz) = (vec![0.0; rest], vec![0.0; rest]);
+    for _ in 0..strokes {
+        let vibration = texture(length, random);
+        for (i, v) in vibration.into_iter().enumerate() {
+            let share = (i.min(length - i) as f64 / ramp as f64).min(1.0);
+            nail.push(v * share);
+            fz.push(0.5 * share);
+        }
+        nail.extend(vec![0.0; rest]);
+        fz.extend(vec![0.0; rest]);
+    }
+    nail.iter_mut()
+        .for_each(|v| *v += noise_m_s2 * random.normal());
+    fz.iter_mut().for_each(|v| *v += 0.003 * random.normal());
+    let channel = |name: &str, unit, samples| Channel {
+        name: name.into(),
+        unit,
+        samples,
+    };
+    let channels = vec![
+        channel("nail", Unit::MetrePerSecondSquared, nail),
+        channel("fz", Unit::Newton, fz),
+    ];
+    let own = Condition {
+        sample: Some(sample.into()),
+        speed_m_s: Some(speed_m_s),
+        ..Condition::default()
+    };
+    let rate = SampleRate::new(RATE_HZ).unwrap();
+    let name = format!("{sample}_{}", random.uniform());
+    let recorded = Recorded {
+        file: name.clone(),
+        name,
+        recording: Recording::new(channels, rate, own, Provenance::default()).unwrap(),
+        naming: Naming::default(),
+        cuts: None,
+        cuts_are_looked_for_in: String::new(),
+    };
+    cut(recorded, &Stated::nothing()).unwrap()
+}
+
+fn compared(takes: Vec<AnalysedRecording>, by: Factor) -> StudyAnalysis {
+    let band = Band::new(Hertz(20.0), Hertz(900.0)).unwrap();
+    let question = Question::Changes {
+        by,
+        model: Model::over(band),
+    };
+    let settings = StudySettings {
+        gesture: Gesture::Usual,
+        segment: None,
+        sets: Vec::new(),
+        twin_sets: Vec::new(),
+        ridge_m: None,
+        question,
+        breadth: Breadth::Question,
+    };
+    analyse(takes, &settings).unwrap()
+}
+
+/// Bursts of noise, some three a second, with silence between them.
+fn bursts(length: usize, random: &mut Random) -> Vec<f64> {
+    let mut from = (0.3 * RATE_HZ * random.uniform()) as usize;
+    let mut envelope = vec![0.02; length];
+    while from < length {
+        let to = (from + 160).min(length);
+        envelope[from..to].fill(4.0);
+        from += 600;
+    }
+    envelope.into_iter().map(|e| e * random.normal()).collect()
+}
+
+#[test]
+fn strokes_of_one_process_that_last_longer_are_not_told_apart() {
+    let mut random = Random::new(11);
+    let mut compared_pairs = 0;
+    for _study in 0..3 {
+        let mut takes = Vec::new();
+        for (sample, lasts_s) in [("A", 1.0), ("B", 3.0)] {
+            for _recording in 0..5 {
+                let strokes = (5, lasts_s);
+                takes.push(recorded(
+                    (sample, 0.03),
+                    strokes,
+                    0.02,
+                    &mut random,
+                    &bursts,
+                ));
+            }
+        }
+        let study = compared(takes, Factor::Sample);
+        let Some(Discrimination::Found(found)) = &study.discrimination else {
+            panic!("{:?}", study.discrimination);
+        };
+        let groups = &found.settings[0];
+        for pair in &groups.pairs {
+            let said = groups.sentences();
+            assert_ne!(pair.outcome, Distinguishability::ToldApart, "{said:?}");
+            compared_pairs += 1;
+        }
+    }
+    assert_eq!(compared_pairs, 3);
+}
+
+/// White noise whose rms is as large as the speed, and a sensor with noise of its own at all times.
+#[test]
+fn the_noise_of_a_sensor_does_not_move_an_exponent_out_of_its_interval() {
+    let mut random = Random::new(12);
+    let mut takes = Vec::new();
+    for speed_m_s in [0.01, 0.015, 0.025, 0.04, 0.06] {
+        for _recording in 0..2 {
+            let texture = |length: usize, random: &mut Random| {
+                let level = 0.3 * speed_m_s / 0.03;
+                (0..length).map(|_| level * random.normal()).collect()
+            };
+            takes.push(recorded(
+                ("A", speed_m_s),
+                (6, 1.5),
+                0.3,
+                &mut random,
+                &texture,
+            ));
+        }
+    }
+    let study = compared(takes, Factor::Speed);
+    let trend = study.across(Factor::Speed).first().map(|one| &one.trend);
+    let Some(Trend::Speeds(trend)) = trend else {
+        panic!("{trend:?}");
+    };
+    let fit = trend.rms_on_speed.as_ref().unwrap();
+    let [low, high] = fit.slope_interval.unwrap();
+    assert!(
+        fit.slope < 0.6,
+        "the noise is in the exponent: {}",
+        fit.slope
+    );
+    assert!((low..high).contains(&1.0), "{low} to {high}");
+}
