@@ -397,6 +397,7 @@ impl PairCriterion {
                 "difference over time and channels below the just-noticeable difference"
             }
             Self::ChanceOverTime => "permutation test of the difference over time (adjusted p)",
+            Self::SingleStrokes => "single strokes of the two differ as those of one sample",
         }
     }
 }

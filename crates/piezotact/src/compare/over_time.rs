@@ -74,6 +74,7 @@ pub fn add_over_time(found: &mut AcrossSamples, settings: &[Vec<Option<Perceived
             let several = a.recordings > 1 && b.recordings > 1;
             let within = within[pair.a].max(within[pair.b]);
             let criterion = apart.judged(PairCriterion::OverTime, limit(within));
+            let is_met = criterion.outcome == Outcome::Met;
             // One recording does not say what recordings of a sample differ by, in the phases of its lines above all.
             pair.criteria.push(match criterion.outcome {
                 Outcome::NotMet if !several => Criterion {
@@ -82,7 +83,7 @@ pub fn add_over_time(found: &mut AcrossSamples, settings: &[Vec<Option<Perceived
                 },
                 _ => criterion,
             });
-            if criterion.outcome == Outcome::Met {
+            if is_met {
                 pair.criteria.extend(single_strokes(a, b, &parameters));
             }
             pair.felt_in = apart.main_contributions();
@@ -150,12 +151,12 @@ fn single_strokes(
     b: &Sample,
     parameters: &Parameters,
 ) -> Option<Criterion<PairCriterion>> {
-    let of = |one: &PerceivedVibration, other| one.difference(other, parameters).jnd.value;
-    let between = |first: &[PerceivedVibration], second: &[PerceivedVibration]| {
-        let each = first
-            .iter()
-            .flat_map(|one| second.iter().map(move |other| (one, other)));
-        each.map(|(one, other)| of(one, other)).sum::<f64>()
+    let between = |first: &[PerceivedVibration], second: &[PerceivedVibration]| -> f64 {
+        let each = first.iter().map(|one| {
+            let apart = second.iter().map(|other| one.difference(other, parameters));
+            apart.map(|found| found.jnd.value).sum::<f64>()
+        });
+        each.sum()
     };
     let counts = [a, b].map(|one| one.strokes.len() as f64);
     if counts.iter().any(|count| *count < 2.0) {

@@ -541,7 +541,7 @@ def roughness(
     Parameters
     ----------
     files : path, or a list
-        Profiles or height maps (SUR, X3P, AL3D, BCR, SDF, PLU, text); several are ordered by Ra.
+        Profiles or height maps (SUR, X3P, AL3D, BCR, SDF, PLU, NPY, MAT, text); several are ordered by Ra.
     standard : {'iso4287', 'iso21920'}, optional
         The standard that defines the averages along a profile; default iso4287.
     cutoff : str or number, optional
@@ -562,9 +562,9 @@ def roughness(
     x_unit : str or number, optional
         The unit of the coordinates in a text file without units, such as mm.
     z_unit : str or number, optional
-        The unit of the heights in a text file without units, such as um.
+        The unit of the heights in a text file without units, or in an array (NPY, MAT), such as um.
     step : str or number, optional
-        The spacing of the points in a text file without coordinates, such as 0.5um.
+        The spacing of the points in a text file without coordinates, or in an array (NPY, MAT), such as 0.5um.
     along : str or number, optional
         Also evaluates the lines of a height map along its rows (x) or columns (y) as profiles: Ra, Rz and Rq beside Sa,
         and the slope of their spectrum.

@@ -349,7 +349,7 @@ def render(
         function was measured with.
     level : str or number, optional
         Raises or lowers the level of the texture by this many dB; `fit`: its own level, lowered only as much as the
-        device requires. Default: 0.
+        device requires, with `mode` texture after its peaks were limited. Default: 0.
     drive_rate : int, optional
         The rate of the drive, in Hz. Default: 48000.
     inverse : {'plain', 'constant', 'coherence', 'drive-limited'}, optional
