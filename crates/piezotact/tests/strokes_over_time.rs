@@ -176,57 +176,6 @@ fn equal_time_courses_are_never_told_apart() {
     );
 }
 
-/// Strokes of 2.5 s, five recordings of four: bursts of noise of 60 ms over a floor, three a second, the intervals between them varied by
-/// `jitter` as a share; each second one stronger by `accent_db`.
-fn bursts(random: &mut Random, seed: u64, jitter: f64, accent_db: f64) -> Strokes {
-    let length = (2.5 * RATE_HZ) as usize;
-    let mut stroke = |place: u64| {
-        let noise = texture(seed + place, length, 3.0, humps);
-        let mut envelope = vec![0.15; length];
-        let (mut at_s, mut number) = (random.uniform() / 3.0, usize::from(random.uniform() < 0.5));
-        while at_s < 2.5 {
-            let gain = 10f64.powf(accent_db * (number % 2) as f64 / 20.0);
-            let from = (at_s * RATE_HZ) as usize;
-            for value in envelope.iter_mut().skip(from).take(300) {
-                *value = gain;
-            }
-            at_s += (1.0 + jitter * (2.0 * random.uniform() - 1.0)) / 3.0;
-            number += 1;
-        }
-        let square = envelope.iter().map(|v| v * v).sum::<f64>() / length as f64;
-        let samples = noise.samples().iter().zip(&envelope);
-        series(samples.map(|(v, e)| v * e / square.sqrt()).collect())
-    };
-    let mut recording = |number: u64| (0..4).map(|i| stroke(10 * number + i)).collect();
-    (0..5).map(&mut recording).collect()
-}
-
-/// A regular rhythm, an irregular one and accents have one mean over strokes, and are not called alike; two irregular ones are not told apart.
-#[test]
-fn what_changes_from_stroke_to_stroke_is_not_below_the_jnd() {
-    let mut random = Random::new(7);
-    for study in 0..3 {
-        let seed = 20_000 + 1000 * study;
-        let regular = bursts(&mut random, seed, 0.0, 0.0);
-        let other = [(0.6, 0.0), (0.8, 0.0), (0.0, 6.0)][study as usize];
-        let irregular = bursts(&mut random, seed + 300, other.0, other.1);
-        let again = bursts(&mut random, seed + 600, other.0, other.1);
-        let found = compared(&[
-            ("regular", regular),
-            ("irregular", irregular),
-            ("again", again),
-        ]);
-        let said = found.settings[0].sentences();
-        for pair in &found.settings[0].pairs {
-            let unwanted = match (pair.a, pair.b) {
-                (1, 2) => Distinguishability::ToldApart,
-                _ => Distinguishability::BelowJnd,
-            };
-            assert_ne!(pair.outcome, unwanted, "{other:?}: {said:?}");
-        }
-    }
-}
-
 /// Without the time course, as of recordings below 1 kHz, nobody knows whether people feel a difference.
 #[test]
 fn without_a_time_course_nothing_is_below_the_jnd() {

@@ -33,9 +33,6 @@ pub enum PairCriterion {
     OverTime,
     /// The p-value of that difference, as [`Self::Chance`].
     ChanceOverTime,
-    /// By how much more single strokes of the two differ over time and channels than those of one sample do: their means hide what changes
-    /// from stroke to stroke, such as an irregular rhythm.
-    SingleStrokes,
 }
 
 /// Whether two samples are distinguishable by their vibration.
@@ -80,11 +77,7 @@ impl Distinguishability {
             (_, Some(Outcome::NotMet)) if chance == Some(Outcome::Met) && !doubted => {
                 Self::ToldApart
             }
-            (Self::BelowJnd, Some(Outcome::Met))
-                if find(PairCriterion::SingleStrokes) != Some(Outcome::NotDecided) =>
-            {
-                Self::BelowJnd
-            }
+            (Self::BelowJnd, Some(Outcome::Met)) => Self::BelowJnd,
             _ => Self::NotDecided,
         }
     }
@@ -300,9 +293,6 @@ impl Pair {
             (_, Some(Outcome::NotMet)) => {
                 "chance may make the difference over time: record each sample more often"
             }
-            (_, Some(Outcome::Met)) => {
-                "single strokes of the two differ more than those of one sample, as by an irregular rhythm, which their means hide"
-            }
             (Some(low), _) if low > 1.0 => {
                 "over time they differ, but recordings of one sample may do so too: record each several times"
             }
@@ -397,7 +387,6 @@ impl PairCriterion {
                 "difference over time and channels below the just-noticeable difference"
             }
             Self::ChanceOverTime => "permutation test of the difference over time (adjusted p)",
-            Self::SingleStrokes => "single strokes of the two differ as those of one sample",
         }
     }
 }

@@ -124,8 +124,9 @@ fn sentence(
     format!(
         "criteria: distinguishable if the difference exceeds the variability between {} of one sample (permutation test{}, \
          {:.0} % over {}) and {:.1} dB or {:.2} JND, or over time 1 JND; below the JND if it is within {:.2} dB, and over time within \
-         1 JND (what the strokes of a sample have in common, and modulation of five periods or more in a stroke: single strokes that \
-         differ are not compared); distances in JND of {:.2} dB over {}",
+         1 JND; distances in JND of {:.2} dB over {}. Over time the means over strokes of equal length are compared: what differs from \
+         stroke to stroke (an irregular rhythm, accents, single gaps) and modulation of fewer than five periods in a stroke may be felt \
+         and are not found",
         units.word(),
         if settings > 1 {
             " over all settings together"

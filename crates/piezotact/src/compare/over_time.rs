@@ -16,12 +16,6 @@ const SHUFFLES: usize = 199;
 /// The largest number of divisions drawn for one pair.
 const MOST_DRAWS: usize = 8000;
 
-/// So many strokes of a sample at the most are compared one by one.
-const SINGLE_STROKES: usize = 10;
-/// Single strokes of two samples differ by at most this much more than those of one sample, JND, where their means say of them that they feel
-/// alike.
-const SINGLE_STROKES_JND: f64 = 0.5;
-
 /// What is felt of the strokes of a sample, by recording.
 pub type PerceivedStrokes = Vec<Vec<PerceivedVibration>>;
 
@@ -29,7 +23,7 @@ pub type PerceivedStrokes = Vec<Vec<PerceivedVibration>>;
 /// sample of which it cannot be computed.
 ///
 /// A pair stays *below the just-noticeable difference* only where the difference over time and channels of the means of its strokes is
-/// below 1 JND too, and single strokes of the two differ by hardly more than those of one sample; it is *distinguishable* by it where the interval lies above 1 JND and above what halves of either sample differ by,
+/// below 1 JND too; it is *distinguishable* by it where the interval lies above 1 JND and above what halves of either sample differ by,
 /// and where a permutation test over all settings, adjusted for all pairs, shows a difference; only where each sample has several recordings.
 /// Recordings are the units where they differ by more than their strokes do.
 ///
@@ -74,7 +68,6 @@ pub fn add_over_time(found: &mut AcrossSamples, settings: &[Vec<Option<Perceived
             let several = a.recordings > 1 && b.recordings > 1;
             let within = within[pair.a].max(within[pair.b]);
             let criterion = apart.judged(PairCriterion::OverTime, limit(within));
-            let is_met = criterion.outcome == Outcome::Met;
             // One recording does not say what recordings of a sample differ by, in the phases of its lines above all.
             pair.criteria.push(match criterion.outcome {
                 Outcome::NotMet if !several => Criterion {
@@ -83,9 +76,6 @@ pub fn add_over_time(found: &mut AcrossSamples, settings: &[Vec<Option<Perceived
                 },
                 _ => criterion,
             });
-            if is_met {
-                pair.criteria.extend(single_strokes(a, b, &parameters));
-            }
             pair.felt_in = apart.main_contributions();
         }
     }
@@ -103,8 +93,6 @@ struct Sample {
     recordings: usize,
     units: Vec<PerceivedVibration>,
     mean: PerceivedVibration,
-    /// Some single strokes, of all recordings alike.
-    strokes: Vec<PerceivedVibration>,
 }
 
 impl Sample {
@@ -117,16 +105,11 @@ impl Sample {
                 .collect(),
         };
         let mean = PerceivedVibration::mean(&units.iter().collect::<Vec<_>>())?;
-        let strokes: Vec<&PerceivedVibration> = recordings.iter().flatten().collect();
-        let some = strokes.len().min(SINGLE_STROKES);
-        let some = (0..some).map(|i| strokes[i * strokes.len() / some].clone());
-        let strokes = some.collect();
         let recordings = recordings.iter().filter(|strokes| !strokes.is_empty());
         Some(Self {
             recordings: recordings.count(),
             units,
             mean,
-            strokes,
         })
     }
 
@@ -139,45 +122,6 @@ impl Sample {
         let place = (0.95 * found.len().saturating_sub(1) as f64).round() as usize;
         found.get(place).copied().unwrap_or(0.0)
     }
-}
-
-/// By how much more single strokes of `a` and `b` differ than those of one sample; `None` where one has a single stroke.
-///
-/// Formula: the energy distance 2·d(a, b) − d(a, a) − d(b, b), of the mean differences of two strokes.
-///
-/// Source: G. J. Székely and M. L. Rizzo, Journal of Statistical Planning and Inference 143 (2013), 1249–1272.
-fn single_strokes(
-    a: &Sample,
-    b: &Sample,
-    parameters: &Parameters,
-) -> Option<Criterion<PairCriterion>> {
-    let between = |first: &[PerceivedVibration], second: &[PerceivedVibration]| -> f64 {
-        let each = first.iter().map(|one| {
-            let apart = second.iter().map(|other| one.difference(other, parameters));
-            apart.map(|found| found.jnd.value).sum::<f64>()
-        });
-        each.sum()
-    };
-    let counts = [a, b].map(|one| one.strokes.len() as f64);
-    if counts.iter().any(|count| *count < 2.0) {
-        return None;
-    }
-    let within = |one: &Sample, count: f64| {
-        // A stroke does not differ from itself.
-        between(&one.strokes, &one.strokes) / (count * (count - 1.0))
-    };
-    let found = 2.0 * between(&a.strokes, &b.strokes) / (counts[0] * counts[1])
-        - within(a, counts[0])
-        - within(b, counts[1]);
-    let limit = Limit::at_most(SINGLE_STROKES_JND);
-    let criterion = Criterion::new(PairCriterion::SingleStrokes, "JND", found, None, limit);
-    Some(Criterion {
-        outcome: match criterion.outcome {
-            Outcome::Met => Outcome::Met,
-            _ => Outcome::NotDecided,
-        },
-        ..criterion
-    })
 }
 
 /// Whether recordings of one sample differ over time by more than their strokes do, as [`super::discriminate`] asks of spectra.
