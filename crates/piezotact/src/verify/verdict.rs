@@ -1,6 +1,6 @@
 //! The verdict of a verification, and the criteria from which it follows.
 
-use crate::number::plus;
+use crate::number::{plus, signed};
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
@@ -149,8 +149,9 @@ impl VerifyCriterion {
                 format!("{value:.2} dB rms")
             }
             Self::WaveformCorrelation => format!("{value:.3}"),
-            Self::WaveformError => format!("{value:.1} dB"),
-            Self::ShortTimeLevel | Self::ShortTimeDistribution => format!("{value:.1} dB"),
+            Self::WaveformError | Self::ShortTimeLevel | Self::ShortTimeDistribution => {
+                format!("{} dB", signed(value, 1))
+            }
             Self::Clipped => format!("{:.2} %", value * 100.0),
             Self::AddedPower
             | Self::FeltOutside
