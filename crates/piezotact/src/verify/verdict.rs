@@ -418,8 +418,8 @@ impl Verification {
             String::new()
         } else {
             format!(
-                "; rendered at {:+.1} dB and compared at that level",
-                self.level_db
+                "; rendered at {} dB and compared at that level",
+                plus(self.level_db, 1)
             )
         };
         let felt = self.criterion(VerifyCriterion::FeltDifference);
