@@ -364,7 +364,7 @@ fn a_changed_level_is_said() {
     );
     let said = verified["sentence"].as_str().unwrap();
     assert!(
-        said.contains("rendered at -6.0 dB and compared at that level"),
+        said.contains("rendered at −6.0 dB and compared at that level"),
         "{said}"
     );
 }
