@@ -57,6 +57,20 @@ def test_what_the_command_expects_is_said_of_the_argument(data: Path) -> None:
     assert refused(pz.spectrum, "a.wav", scale="loud").startswith("scale: expected a value above zero with a unit")
 
 
+def test_names_and_conditions_that_cannot_be() -> None:
+    assert "valid text" in refused(pz.recording, {"a\ud800": NOISE}, rate=RATE, unit="g")
+    assert refused(pz.recording, {"a": NOISE}, rate=RATE, unit="g", condition={"touch": "soft"}).startswith("condition: ")
+    assert "np.abs()" in refused(pz.spectrum, NOISE + 1j, rate=RATE, unit="g")
+    assert "rate=" in refused(pz.spectrum, np.arange(5000).astype("datetime64[ms]"), rate=RATE, unit="g")
+
+
+def test_a_table_of_arrow_has_its_channels() -> None:
+    import pyarrow as pa
+
+    table = pa.table({"acc": NOISE, "acc2": NOISE})
+    assert list(pz.recording(table, rate=RATE, unit="g")) == ["acc", "acc2"]
+
+
 def test_required_arguments() -> None:
     assert refused(pz.spectrum, None) == "file: expected a path or an array, found None"
     assert refused(pz.strokes, []) == "recordings: expected a path or an array, found []"

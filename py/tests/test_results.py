@@ -49,6 +49,26 @@ def test_files_go_with_pickle_and_copies(data: Path) -> None:
     assert os.fspath(pickle.loads(pickle.dumps(stated))) == os.fspath(data / "stated.json")
 
 
+def test_a_transfer_function_without_coherence_at_some_lines_goes_to_another_process() -> None:
+    """Where nothing limits the interval of a line, its area in the figure has no end, which JSON does not have."""
+    random = np.random.default_rng(5)
+    drive = random.standard_normal(20_000)
+    unrelated = random.standard_normal(20_000)
+    measured = pz.transfer({"drive": drive, "acceleration": unrelated}, rate=5000, unit={"drive": "1", "acceleration": "m/s2"}, drive="drive", response="acceleration")
+    again = pickle.loads(pickle.dumps(measured))
+    assert again == measured and again.to_html() == measured.to_html()
+    assert copy.deepcopy(measured).function() == measured.function()
+
+
+def test_fields_that_are_words_of_python_have_an_underscore(data: Path) -> None:
+    verified = pz.verify(target=data / "texture.wav", measured=data / "measured.parquet")
+    document = verified.to_dict()
+    assert verified.verdict.is_ == document["verdict"]["is"]
+    assert [one.limit.is_ for one in verified.criteria] == [one["limit"]["is"] for one in document["criteria"]]
+    with pytest.raises(pz.UsageError, match="a folder that is there"):
+        verified.report(data / "nowhere" / "report.html")
+
+
 def test_folders_go_with_pickle(data: Path) -> None:
     textures: list[Any] = [data / "texture.wav", pz.read(data / "S1.parquet")["acceleration"]]
     rendered = pz.render(textures, rate=5000, unit="m/s2", transfer=data / "tf.json", level="fit")

@@ -3,7 +3,7 @@
 //! A value that can be shown makes a [`Figure`]; `piezotact-report` draws it as SVG. Colours are named by what they stand for
 //! ([`Tone`]), so that one quantity has one colour in all figures.
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// A figure and the text below it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -154,7 +154,18 @@ pub struct Line {
     /// Bars: x, and from where to where the value is spread.
     pub spread: Vec<(f64, f64, f64)>,
     /// The same as an area behind the line.
+    #[serde(deserialize_with = "area")]
     pub ribbon: Vec<(f64, f64, f64)>,
+}
+
+/// JSON has no infinity: an end of an area that it lacks has no limit.
+fn area<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<(f64, f64, f64)>, D::Error> {
+    let all = Vec::<(f64, Option<f64>, Option<f64>)>::deserialize(from)?;
+    let ends = all.into_iter().map(|(x, low, high)| {
+        let (low, high) = (low.unwrap_or(f64::NEG_INFINITY), high.unwrap_or(f64::INFINITY));
+        (x, low, high)
+    });
+    Ok(ends.collect())
 }
 
 impl Line {

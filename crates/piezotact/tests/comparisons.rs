@@ -26,20 +26,26 @@ fn recorded(
     texture: &dyn Fn(usize, &mut Random) -> Vec<f64>,
 ) -> AnalysedRecording {
     let [rest, length, ramp] = [REST_S, lasts_s, RAMP_S].map(|s| (s * RATE_HZ) as usize);
-    let (mut nail, mut fz) = (vec![0.0; rest], vec![0.0; rest]);
+    let (mut nail, mut touched) = (vec![0.0; rest], vec![0.0; rest]);
     for _ in 0..strokes {
         let vibration = texture(length, random);
         for (i, v) in vibration.into_iter().enumerate() {
             let share = (i.min(length - i) as f64 / ramp as f64).min(1.0);
             nail.push(v * share);
-            fz.push(0.5 * share);
+            touched.push(share);
         }
         nail.extend(vec![0.0; rest]);
-        fz.extend(vec![0.0; rest]);
+        touched.extend(vec![0.0; rest]);
     }
-    nail.iter_mut()
-        .for_each(|v| *v += noise_m_s2 * random.normal());
-    fz.iter_mut().for_each(|v| *v += 0.003 * random.normal());
+    let mut with_noise = |samples: &[f64], full: f64, noise: f64| -> Vec<f64> {
+        let samples = samples.iter();
+        samples
+            .map(|v| full * v + noise * random.normal())
+            .collect()
+    };
+    let nail = with_noise(&nail, 1.0, noise_m_s2);
+    let fz = with_noise(&touched, 0.5, 0.003);
+    let speed = with_noise(&touched, speed_m_s, 0.002 * speed_m_s);
     let channel = |name: &str, unit, samples| Channel {
         name: name.into(),
         unit,
@@ -48,6 +54,7 @@ fn recorded(
     let channels = vec![
         channel("nail", Unit::MetrePerSecondSquared, nail),
         channel("fz", Unit::Newton, fz),
+        channel("speed", Unit::MetrePerSecond, speed),
     ];
     let own = Condition {
         sample: Some(sample.into()),

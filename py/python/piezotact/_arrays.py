@@ -98,9 +98,9 @@ def _rows_of(shape: tuple[int, ...]) -> str:
 def _require_numbers(array: npt.NDArray[Any], what: str) -> None:
     kind, size = array.dtype.kind, array.dtype.itemsize
     if kind not in "fiu" or size > 8:
-        raise UsageError(
-            f"{what}: expected real numbers (float32, float64 or integers), found {array.dtype}; convert them with astype(float)"
-        )
+        advice = {"c": "give the real part, the imaginary part or np.abs()", "M": "give rate= instead of times", "m": "give rate= instead of times"}
+        todo = advice.get(kind, "convert them with astype(float)")
+        raise UsageError(f"{what}: expected real numbers (floating point or integers), found {array.dtype}; {todo}")
     if kind in "iu" and size == 8 and array.size and (int(array.max()) > LARGEST_INTEGER or int(array.min()) < -LARGEST_INTEGER):
         raise UsageError(
             f"{what}: expected integers within ±2**53, which float64 holds exactly, found {array.max()} and {array.min()}; "

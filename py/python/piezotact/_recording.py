@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _arrays
-from ._errors import UsageError, Warning
+from ._errors import Error, UsageError, Warning
 from ._piezotact import RecordingData
 
 #: A file, or a result that wrote one.
@@ -245,7 +245,14 @@ def data_of(
         (channel, units.get(channel), _arrays.samples(values, name if len(named) == 1 else f"{name}, {channel}"))
         for channel, values in named.items()
     ]
-    data = RecordingData.of_arrays(name, rows, float(rate), _condition(condition), wanted)
+    try:
+        data = RecordingData.of_arrays(name, rows, float(rate), _condition(condition), wanted)
+    except UnicodeEncodeError as error:
+        raise UsageError(f"{name}: expected names and units of valid text, found {error.object!r}") from None
+    except ValueError as error:
+        if isinstance(error, Error) or not str(error).startswith("condition: "):
+            raise
+        raise UsageError(str(error)) from None
     unknown = set(condition or {}) - set(json.loads(data.condition))
     if unknown:
         raise UsageError(f"condition: expected entries of a condition, found {', '.join(sorted(map(str, unknown)))}")
@@ -256,6 +263,9 @@ def _named(channels: Any) -> dict[Any, Any]:
     """Channels by their names: of a dict or a table of pandas or polars; one array is the only channel."""
     if isinstance(channels, Mapping):
         return dict(channels)
+    if hasattr(channels, "column_names") and hasattr(channels, "to_pydict"):
+        # A table of pyarrow.
+        return {name: channels[name].to_numpy() for name in channels.column_names}
     if hasattr(channels, "columns") and hasattr(channels, "__getitem__"):
         return {name: channels[name] for name in channels.columns}
     return {ONLY_CHANNEL: channels}

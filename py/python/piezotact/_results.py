@@ -6,6 +6,7 @@ import csv
 import html
 import io
 import json
+import keyword
 import math
 import os
 import shutil
@@ -34,7 +35,7 @@ class Record:
     """A part of a document: its fields are attributes.
 
     Rows of numbers are arrays that cannot be written, in which an absent number is NaN; rows of one length are an array of two dimensions.
-    A field whose name a result has itself has an underscore behind it: `report_`.
+    A field whose name a result has itself, or which is a word of Python, has an underscore behind it: `report_`, `is_`.
     """
 
     def __init__(self, fields: dict[str, Any]) -> None:
@@ -44,7 +45,7 @@ class Record:
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__") or name in {"_fields", "_shown"}:
             raise AttributeError(name)
-        if name.endswith("_") and hasattr(type(self), name[:-1]):
+        if name.endswith("_") and (hasattr(type(self), name[:-1]) or keyword.iskeyword(name[:-1])):
             name = name[:-1]
         if name not in self._fields:
             raise AttributeError(f"{type(self).__name__} has no {name!r}: it has {', '.join(self._fields)}")
@@ -261,6 +262,8 @@ class Result(Record):
         if place.suffix.lower() not in {".html", ".htm"}:
             raise UsageError(f"{place}: expected a name that ends in .html, found another extension")
         page = self.to_html()
+        if not place.parent.is_dir():
+            raise UsageError(f"{place}: expected a folder that is there, found none; make it first")
         if place.exists() and not force and place.read_text(encoding="utf-8", errors="replace") != page:
             raise UsageError(f"{place} exists already: give another name, or force=True to replace it")
         place.write_text(page, encoding="utf-8")

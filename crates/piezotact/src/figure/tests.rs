@@ -54,3 +54,13 @@ fn a_figure_comes_back_from_its_document() {
     let text = serde_json::to_string(&figure).unwrap();
     assert_eq!(serde_json::from_str::<Figure>(&text).unwrap(), figure);
 }
+
+/// Where nothing limits an interval, its area has no end: JSON has none either.
+#[test]
+fn an_area_without_limit_survives_being_saved() {
+    let ends = vec![(10.0, f64::NEG_INFINITY, 3.0), (20.0, -1.0, f64::INFINITY)];
+    let line = Line::new("H1", Tone::Main, vec![(10.0, 1.0)]).ribbon(ends);
+    let saved = serde_json::to_string(&line).unwrap();
+    let again: Line = serde_json::from_str(&saved).unwrap();
+    assert_eq!(again, line, "{saved}");
+}
