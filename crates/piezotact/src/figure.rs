@@ -162,7 +162,10 @@ pub struct Line {
 fn area<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<(f64, f64, f64)>, D::Error> {
     let all = Vec::<(f64, Option<f64>, Option<f64>)>::deserialize(from)?;
     let ends = all.into_iter().map(|(x, low, high)| {
-        let (low, high) = (low.unwrap_or(f64::NEG_INFINITY), high.unwrap_or(f64::INFINITY));
+        let (low, high) = (
+            low.unwrap_or(f64::NEG_INFINITY),
+            high.unwrap_or(f64::INFINITY),
+        );
         (x, low, high)
     });
     Ok(ends.collect())
@@ -645,7 +648,7 @@ pub enum MapGround {
 }
 
 /// Numbers of a document in which `null` stands for what is none.
-fn gaps<'de, D: serde::Deserializer<'de>>(document: D) -> Result<Vec<f64>, D::Error> {
+fn gaps<'de, D: Deserializer<'de>>(document: D) -> Result<Vec<f64>, D::Error> {
     let values: Vec<Option<f64>> = Deserialize::deserialize(document)?;
     Ok(values
         .into_iter()
