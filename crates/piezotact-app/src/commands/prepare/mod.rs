@@ -28,7 +28,6 @@ use drives::Drives;
 use stimuli::Stimuli;
 use strokes::Textures;
 
-#[cfg(feature = "study")]
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
     #[command(flatten)]
