@@ -136,10 +136,8 @@ fn strokes_of_one_process_that_last_longer_are_not_told_apart() {
     assert_eq!(compared_pairs, 3);
 }
 
-/// White noise whose rms is as large as the speed, and a sensor with noise of its own at all times.
-#[test]
-fn the_noise_of_a_sensor_does_not_move_an_exponent_out_of_its_interval() {
-    let mut random = Random::new(12);
+/// The exponent of white noise whose rms follows the speed, with its interval, by a sensor with noise of its own at all times.
+fn exponent(noise_m_s2: f64, random: &mut Random) -> Option<(f64, [f64; 2])> {
     let mut takes = Vec::new();
     for speed_m_s in [0.01, 0.015, 0.025, 0.04, 0.06] {
         for _recording in 0..2 {
@@ -147,13 +145,9 @@ fn the_noise_of_a_sensor_does_not_move_an_exponent_out_of_its_interval() {
                 let level = 0.3 * speed_m_s / 0.03;
                 (0..length).map(|_| level * random.normal()).collect()
             };
-            takes.push(recorded(
-                ("A", speed_m_s),
-                (6, 1.5),
-                0.3,
-                &mut random,
-                &texture,
-            ));
+            let strokes = (6, 1.5);
+            let sample = ("A", speed_m_s);
+            takes.push(recorded(sample, strokes, noise_m_s2, random, &texture));
         }
     }
     let study = compared(takes, Factor::Speed);
@@ -161,12 +155,19 @@ fn the_noise_of_a_sensor_does_not_move_an_exponent_out_of_its_interval() {
     let Some(Trend::Speeds(trend)) = trend else {
         panic!("{trend:?}");
     };
-    let fit = trend.rms_on_speed.as_ref().unwrap();
-    let [low, high] = fit.slope_interval.unwrap();
-    assert!(
-        fit.slope < 0.6,
-        "the noise is in the exponent: {}",
-        fit.slope
-    );
+    let fit = trend.rms_on_speed.as_ref()?;
+    Some((fit.slope, fit.slope_interval?))
+}
+
+#[test]
+fn the_noise_of_a_sensor_does_not_move_an_exponent_out_of_its_interval() {
+    let mut random = Random::new(12);
+    let (slope, [low, high]) = exponent(0.3, &mut random).unwrap();
+    assert!(slope < 0.6, "the noise is in the exponent: {slope}");
     assert!((low..high).contains(&1.0), "{low} to {high}");
+    // Of a texture below the noise nothing is known.
+    for _study in 0..3 {
+        let found = exponent(3.0, &mut random);
+        assert!(found.is_none(), "{found:?}");
+    }
 }

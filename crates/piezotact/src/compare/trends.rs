@@ -174,7 +174,7 @@ pub(super) fn friction_on(
 
 /// The line of the log rms of `groups` on log `x`; `None` where x spans less than 20 %. Where lines that may not be the texture's hold some of
 /// the power, or the noise of the sensor at rest does, its interval reaches over those of the lines without them too: noise that is always there
-/// makes every exponent smaller.
+/// pulls every exponent towards 0. It has none where some level is not above them.
 pub(super) fn level_on(x: &[f64], groups: &[&Summary]) -> Option<LogFit> {
     let fit = |level: fn(&Summary) -> f64| {
         let levels: Vec<f64> = groups.iter().map(|group| level(group)).collect();
@@ -183,12 +183,12 @@ pub(super) fn level_on(x: &[f64], groups: &[&Summary]) -> Option<LogFit> {
     let with = fit(|group| group.rms.mean).filter(|_| spans(x))?;
     let mut found = with;
     for without in [Summary::rms_without_lines, Summary::rms_without_rest] {
-        let without = fit(without)?;
-        let both = found.slope_interval.zip(without.slope_interval);
-        let hull = both.map(|(a, b)| [a[0].min(b[0]), a[1].max(b[1])]);
-        let p_values = found.p_value.zip(without.p_value);
-        found.slope_interval = hull.or(with.slope_interval);
-        found.p_value = p_values.map(|(a, b)| a.max(b)).or(with.p_value);
+        // Where a level is not above them, nothing is known of the exponent.
+        let without = fit(without).filter(|fit| fit.points == with.points);
+        let both = (found.slope_interval).zip(without.and_then(|fit| fit.slope_interval));
+        found.slope_interval = both.map(|(a, b)| [a[0].min(b[0]), a[1].max(b[1])]);
+        let p_values = (found.p_value).zip(without.and_then(|fit| fit.p_value));
+        found.p_value = p_values.map(|(a, b)| a.max(b));
     }
     Some(found)
 }
