@@ -136,13 +136,18 @@ fn strokes_of_one_process_that_last_longer_are_not_told_apart() {
     assert_eq!(compared_pairs, 3);
 }
 
-/// The exponent of white noise whose rms follows the speed, with its interval, by a sensor with noise of its own at all times.
-fn exponent(noise_m_s2: f64, random: &mut Random) -> Option<(f64, [f64; 2])> {
+/// The exponent of the rms of white noise on the speed, with its interval, by a sensor with noise of its own at all times. `level` is that of a
+/// speed, m/s².
+fn exponent(
+    noise_m_s2: f64,
+    random: &mut Random,
+    level: fn(f64) -> f64,
+) -> Option<(f64, [f64; 2])> {
     let mut takes = Vec::new();
     for speed_m_s in [0.01, 0.015, 0.025, 0.04, 0.06] {
         for _recording in 0..2 {
             let texture = |length: usize, random: &mut Random| {
-                let level = 0.3 * speed_m_s / 0.03;
+                let level = level(speed_m_s);
                 (0..length).map(|_| level * random.normal()).collect()
             };
             let strokes = (6, 1.5);
@@ -162,12 +167,29 @@ fn exponent(noise_m_s2: f64, random: &mut Random) -> Option<(f64, [f64; 2])> {
 #[test]
 fn the_noise_of_a_sensor_does_not_move_an_exponent_out_of_its_interval() {
     let mut random = Random::new(12);
-    let (slope, [low, high]) = exponent(0.3, &mut random).unwrap();
+    let as_the_speed = |speed_m_s: f64| 0.3 * speed_m_s / 0.03;
+    let (slope, [low, high]) = exponent(0.3, &mut random, as_the_speed).unwrap();
     assert!(slope < 0.6, "the noise is in the exponent: {slope}");
     assert!((low..high).contains(&1.0), "{low} to {high}");
     // Of a texture below the noise nothing is known.
     for _study in 0..3 {
-        let found = exponent(3.0, &mut random);
+        let found = exponent(3.0, &mut random, as_the_speed);
         assert!(found.is_none(), "{found:?}");
     }
+}
+
+#[test]
+fn a_sensor_that_drifts_by_a_fraction_of_a_db_shows_no_exponent() {
+    let mut random = Random::new(13);
+    // 0.3 dB from the first to the last of the speeds, which are in order.
+    let drifts = |speed_m_s: f64| 0.3 * 10f64.powf(0.3 / 20.0 * (speed_m_s / 0.01).log(6.0));
+    for _study in 0..3 {
+        let (slope, [low, high]) = exponent(0.001, &mut random, drifts).unwrap();
+        assert!((0.005..0.04).contains(&slope), "{slope}");
+        assert!(low < 0.0 && high < 0.06, "{low} to {high}");
+    }
+    // What is six times as much is said.
+    let follows = |speed_m_s: f64| 0.3 * 10f64.powf(1.8 / 20.0 * (speed_m_s / 0.01).log(6.0));
+    let (_, [low, _]) = exponent(0.001, &mut random, follows).unwrap();
+    assert!(low > 0.0, "{low}");
 }

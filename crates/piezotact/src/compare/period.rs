@@ -156,7 +156,7 @@ pub struct SpatialPeriod {
     /// How much later the motion seems to be recorded than the vibration, s, where that leaves the period open.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub late_s: Option<f64>,
-    /// The wavenumbers at which two speeds or more, and all that hold them, have a line, whatever stands highest, 1/m.
+    /// The wavenumbers at which two speeds or more, and most of those that hold them, have a line, whatever stands highest, 1/m.
     #[serde(skip)]
     lines_1_m: Vec<f64>,
     /// What a person should know before relying on it; a document has these among its own.
@@ -223,7 +223,7 @@ impl SpatialPeriod {
         apart <= SAME_PERIOD.max(reach(self).hypot(reach(other)).min(MOST_REACH))
     }
 
-    /// Whether its sample has lines at the period `other` at all speeds, also where its own period stands higher; multiples of its own
+    /// Whether its sample has lines at the period `other` at most speeds, also where its own period stands higher; multiples of its own
     /// wavenumber do not count.
     fn has_lines_of(&self, other: &Self) -> bool {
         let wavenumber = 1.0 / other.period_m;
@@ -397,8 +397,9 @@ pub fn spatial_period(slidings: &[Sliding<'_>], lowest: Hertz) -> Option<Spatial
     .judged()
 }
 
-/// Adds to the periods of several samples whether all others have the same, as their period or as lines at all speeds below their own: then it
-/// is not decided whose it is, as those of the drive of the machine and of the ridges of the finger move with the speed as a texture's do.
+/// Adds to the periods of several samples whether all others have the same, as their period or as lines at most speeds below their own: then it
+/// is not decided whose it is, as those of the drive of the machine and of the ridges of the finger move with the speed as a texture's do, and
+/// a louder texture hides them at some speeds.
 ///
 /// Source: house rule; f = v/λ holds for a lead screw, a gear and a finger too.
 pub fn compare_periods(periods: &mut [(&str, &mut SpatialPeriod)]) {
@@ -495,20 +496,26 @@ fn reaching(spectra: &[Spectrum], wavenumber: f64) -> Vec<&Spectrum> {
 /// Whether the spectra that hold a wavenumber have a line there: `Some(true)` where two or more all have one, `Some(false)` where one
 /// of them has none, `None` where that is unknown, since none holds it, or only one does and has a line.
 fn has_line(spectra: &[Spectrum], wavenumber: f64) -> Option<bool> {
-    // All that is close to it has to be held.
-    let reaching = reaching(spectra, wavenumber / NEAR);
-    let shows = |s: &&Spectrum| {
-        let (found_db, needed_db) = s.found_and_needed_db(wavenumber);
-        found_db >= needed_db
-    };
-    match (reaching.iter().all(shows), reaching.len()) {
-        (false, _) => Some(false),
-        (true, speeds) => (speeds >= LEAST_SPEEDS).then_some(true),
+    match speeds_with_line(spectra, wavenumber) {
+        (with, reaching) if with < reaching => Some(false),
+        (with, _) => (with >= LEAST_SPEEDS).then_some(true),
     }
 }
 
-/// The wavenumbers at which [`has_line`] is true, on a grid as fine as periods are compared.
-fn lines_of_all_speeds(spectra: &[Spectrum]) -> Vec<f64> {
+/// How many of `spectra` have a line at a wavenumber, and how many hold it.
+fn speeds_with_line(spectra: &[Spectrum], wavenumber: f64) -> (usize, usize) {
+    // All that is close to it has to be held.
+    let reaching = reaching(spectra, wavenumber / NEAR);
+    let shows = |s: &&&Spectrum| {
+        let (found_db, needed_db) = s.found_and_needed_db(wavenumber);
+        found_db >= needed_db
+    };
+    (reaching.iter().filter(shows).count(), reaching.len())
+}
+
+/// The wavenumbers at which two speeds or more, and more than half of those that hold them, have a line, on a grid as fine as periods are
+/// compared.
+fn lines_of_most_speeds(spectra: &[Spectrum]) -> Vec<f64> {
     let ends = spectra.iter().filter_map(|s| s.wavenumbers.last());
     let high = ends.copied().fold(f64::MAX, f64::min);
     let lows = spectra.iter().map(|s| s.wavenumbers[0]);
@@ -519,8 +526,11 @@ fn lines_of_all_speeds(spectra: &[Spectrum]) -> Vec<f64> {
     let step = 1.0 + SAME_PERIOD;
     let lines = ((high / low).ln() / step.ln()) as i32;
     let grid = (0..=lines).map(|i| low * step.powi(i));
-    grid.filter(|wavenumber| has_line(spectra, *wavenumber) == Some(true))
-        .collect()
+    grid.filter(|wavenumber| {
+        let (with, reaching) = speeds_with_line(spectra, *wavenumber);
+        with >= LEAST_SPEEDS && 2 * with > reaching
+    })
+    .collect()
 }
 
 /// Whether `wavenumber` is known not to be the harmonic number `order` of a longer period: at some speed that period's own frequency is

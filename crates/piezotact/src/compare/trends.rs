@@ -36,6 +36,8 @@ pub struct RoughnessTrend {
 const LEAST_SPAN: f64 = 1.2;
 /// A change of the friction coefficient that counts is at least this share of it.
 pub(super) const LEAST_CHANGE: f64 = 0.01;
+/// A sensor and a contact drift by so much from the first to the last recording, dB: it may look like an effect of what was changed between.
+const DRIFT_DB: f64 = 0.5;
 
 /// By how much the friction coefficient changes with something: ranks say nothing of that.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -77,11 +79,9 @@ impl FrictionChange {
 pub fn friction_change(pairs: &[(f64, Statistics)]) -> Option<FrictionChange> {
     let (x, friction): (Vec<f64>, Vec<f64>) = pairs.iter().map(|(x, s)| (*x, s.mean)).unzip();
     let fit = log_fit(&x, &friction).filter(|fit| fit.points > 2)?;
-    let high = x.iter().copied().fold(f64::MIN, f64::max);
-    let low = x.iter().copied().fold(f64::MAX, f64::min);
     let mut scatter: Vec<f64> = pairs.iter().map(|(_, s)| s.sd / s.mean).collect();
     Some(FrictionChange {
-        share: (high / low).powf(fit.slope) - 1.0,
+        share: ratio(&x).powf(fit.slope) - 1.0,
         scatter_share: median(&mut scatter)?,
     })
 }
@@ -169,19 +169,21 @@ pub(super) fn friction_on(
         .collect();
     let (x, friction): (Vec<f64>, Vec<f64>) = pairs.iter().map(|(x, s)| (*x, s.mean)).unzip();
     let fit = log_fit(&x, &friction).filter(|_| spans(&x))?;
+    let fit = fit.reaching((1.0 + LEAST_CHANGE).ln() / ratio(&x).ln());
     Some((fit, friction_change(&pairs)))
 }
 
 /// The line of the log rms of `groups` on log `x`; `None` where x spans less than 20 %. Where lines that may not be the texture's hold some of
 /// the power, or the noise of the sensor at rest does, its interval reaches over those of the lines without them too: noise that is always there
-/// pulls every exponent towards 0. It has none where some level is not above them.
+/// pulls every exponent towards 0. It has none where some level is not above them. To each side it reaches at least what 0.5 dB from the lowest
+/// to the highest x would make.
 pub(super) fn level_on(x: &[f64], groups: &[&Summary]) -> Option<LogFit> {
     let fit = |level: fn(&Summary) -> f64| {
         let levels: Vec<f64> = groups.iter().map(|group| level(group)).collect();
         log_fit(x, &levels)
     };
     let with = fit(|group| group.rms.mean).filter(|_| spans(x))?;
-    let mut found = with;
+    let mut found = with.reaching(DRIFT_DB / (20.0 * ratio(x).log10()));
     for without in [Summary::rms_without_lines, Summary::rms_without_rest] {
         // Where a level is not above them, nothing is known of the exponent.
         let without = fit(without).filter(|fit| fit.points == with.points);
@@ -195,9 +197,13 @@ pub(super) fn level_on(x: &[f64], groups: &[&Summary]) -> Option<LogFit> {
 
 /// Whether values differ by enough for a power law: over less than 20 % what else differs decides.
 fn spans(x: &[f64]) -> bool {
-    let high = x.iter().copied().fold(f64::MIN, f64::max);
-    let low = x.iter().copied().fold(f64::MAX, f64::min);
-    high > LEAST_SPAN * low
+    ratio(x) > LEAST_SPAN
+}
+
+/// The largest over the least of the values above zero, which a power law is on.
+fn ratio(x: &[f64]) -> f64 {
+    let above = || x.iter().copied().filter(|x| *x > 0.0 && x.is_finite());
+    above().fold(f64::MIN, f64::max) / above().fold(f64::MAX, f64::min)
 }
 
 /// One sample touched actively and passively.

@@ -58,6 +58,24 @@ impl LogFit {
     pub fn direction(&self) -> Direction {
         Direction::of(self.slope_interval)
     }
+
+    /// The same with an interval that reaches to each side by `reach` at least, and the p that goes with it: what is known of the points
+    /// beside their scatter.
+    #[must_use]
+    pub(crate) fn reaching(self, reach: f64) -> Self {
+        let freedom = self.points.saturating_sub(2);
+        let (Some([low, high]), Some(t)) = (self.slope_interval, t_quantile(freedom)) else {
+            return self;
+        };
+        if 0.5 * (high - low) >= reach {
+            return self;
+        }
+        Self {
+            slope_interval: Some([self.slope - reach, self.slope + reach]),
+            p_value: two_sided_p(t * self.slope / reach, freedom),
+            ..self
+        }
+    }
 }
 
 /// The least-squares line of log10 `y` on log10 `x`; `None` for fewer than two points above zero, or when x never

@@ -5,7 +5,7 @@ use super::spectra::Spectrum;
 use super::{
     Agreed, CYCLES, FoundIn, GroupPeriod, HIGHEST_OF_MANY, LEAST_WAY_REACH, MOST_WAY_REACH,
     MULTIPLES, PeriodCriterion, PeriodUnit, SpatialPeriod, SpeedPeak, is_excluded,
-    lines_of_all_speeds, noise_db, reaching, weighted,
+    lines_of_most_speeds, noise_db, reaching, weighted,
 };
 use crate::compare::CompareWarning;
 use crate::criterion::{Criterion, Limit, Outcome};
@@ -156,7 +156,7 @@ impl Candidate<'_> {
             groups,
             lines,
             criteria,
-            lines_1_m: lines_of_all_speeds(all),
+            lines_1_m: lines_of_most_speeds(all),
             warnings: Vec::new(),
         };
         if !found.stands_out() {

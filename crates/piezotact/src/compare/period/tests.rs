@@ -297,6 +297,26 @@ fn a_period_that_all_samples_have_is_not_decided() {
     }
 }
 
+/// A gear of 0.4 mm under two samples: one is smooth, the texture of the other hides the gear at one of three speeds. The smooth one was given
+/// the period of the gear.
+#[test]
+fn a_gear_that_a_texture_hides_at_one_speed_is_no_period_of_the_other_sample() {
+    let mut noise = Noise(14);
+    for hidden in SPEEDS {
+        let gear = |s: f64, speed: f64| tone(speed / 0.0004, s);
+        let both = |s: f64, speed: f64| {
+            let heard = if speed == hidden { 0.02 } else { 0.3 };
+            heard * gear(s, speed) + 2.0 * tone(speed / 0.0007, s)
+        };
+        let mut smooth = period_of(&at_speeds(&mut noise, &SPEEDS, &gear), &SPEEDS);
+        let mut rough = period_of(&at_speeds(&mut noise, &SPEEDS, &both), &SPEEDS);
+        assert_eq!(smooth.outcome, Outcome::Met, "{smooth:?}");
+        compare_periods(&mut [("A", &mut smooth), ("B", &mut rough)]);
+        assert_eq!(smooth.outcome, Outcome::NotDecided, "{hidden} {smooth:?}");
+        assert_ne!(rough.outcome, Outcome::NotMet, "{rough:?}");
+    }
+}
+
 /// At 20 and 40 mm/s the line of the faster is the second harmonic of the slower, and only the slower's can tell: a texture is found, and
 /// harmonics of a machine and interchanged speeds are not.
 #[test]
