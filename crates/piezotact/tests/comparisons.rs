@@ -193,3 +193,44 @@ fn a_sensor_that_drifts_by_a_fraction_of_a_db_shows_no_exponent() {
     let (_, [low, _]) = exponent(0.001, &mut random, follows).unwrap();
     assert!(low > 0.0, "{low}");
 }
+
+/// The line of a motor that ran in all recordings of one sample but one is no difference of the textures.
+#[test]
+fn a_line_that_some_recordings_of_a_sample_lack_tells_nothing_apart() {
+    let mut random = Random::new(14);
+    for (runs, hz) in [(4, 137.0), (3, 71.0)] {
+        let mut takes = Vec::new();
+        for sample in ["A", "B"] {
+            for recording in 0..5 {
+                let level = if sample == "A" && recording < runs {
+                    1.0
+                } else {
+                    0.0
+                };
+                let texture = |length: usize, random: &mut Random| {
+                    let from = random.uniform();
+                    let turns = |i: usize| hz * i as f64 / RATE_HZ + from;
+                    let motor =
+                        (0..length).map(|i| level * (std::f64::consts::TAU * turns(i)).sin());
+                    motor.map(|motor| motor + 0.5 * random.normal()).collect()
+                };
+                takes.push(recorded(
+                    (sample, 0.03),
+                    (6, 1.5),
+                    0.01,
+                    &mut random,
+                    &texture,
+                ));
+            }
+        }
+        let study = compared(takes, Factor::Sample);
+        let Some(Discrimination::Found(found)) = &study.discrimination else {
+            panic!("{:?}", study.discrimination);
+        };
+        let groups = &found.settings[0];
+        for pair in &groups.pairs {
+            let said = groups.sentences();
+            assert_ne!(pair.outcome, Distinguishability::ToldApart, "{said:?}");
+        }
+    }
+}

@@ -21,6 +21,10 @@ const CERTAINLY_OTHER_SPEED: f64 = 1.2;
 const HUM_HZ: f64 = 190.0;
 /// Fewer recordings than this share a line by chance too often.
 const ENOUGH: usize = 3;
+/// A recording has a line that rises by more than this above what is beside it, dB …
+const RISES_DB: f64 = 10.0;
+/// … and has none at a frequency where nothing rises by this, dB.
+const LACKS_DB: f64 = 3.0;
 
 /// One recording in which lines are looked for.
 #[derive(Clone, Copy, Debug)]
@@ -177,8 +181,32 @@ fn shared_fine(recordings: &[LinesOf<'_>]) -> Vec<f64> {
     first.fine_hz.iter().filter_map(near_all).collect()
 }
 
-/// The lines of which it is not known whether the textures make them, Hz, lowest first. `recordings` are those of one speed, and of two samples
-/// at least: what all of them have may be of the machine or of the finger, also where it moves with the speed. `all_speeds` are recordings
+/// The frequencies of the peaks, Hz, that one of `recordings` has and another one of its sample lacks, there and where its speed would move
+/// them to: a texture makes its lines whenever it is touched at that speed.
+fn of_some_recordings(recordings: &[LinesOf<'_>]) -> Vec<f64> {
+    let rise_db = |one: &LinesOf<'_>, hz: f64| {
+        let psd = &one.psd.mean;
+        let line = beside(psd, hz / one.psd.resolution_hz).into_iter();
+        let ratios = line.map(|(bin, straight)| psd[bin] / straight);
+        10.0 * ratios.fold(0.0, f64::max).log10()
+    };
+    let lack = |one: &LinesOf<'_>, hz: f64| {
+        let mut others = recordings.iter().filter(|other| other.sample == one.sample);
+        others.any(|other| {
+            let ratio = other.speed_m_s.zip(one.speed_m_s).map(|(a, b)| a / b);
+            let places = ratio.map(|ratio| [hz, hz * ratio]);
+            places.is_some_and(|places| places.iter().all(|hz| rise_db(other, *hz) < LACKS_DB))
+        })
+    };
+    let of = |one| peaks_hz(one).into_iter().map(move |hz| (one, hz));
+    let peaks = recordings.iter().flat_map(of);
+    let found = peaks.filter(|(one, hz)| rise_db(one, *hz) > RISES_DB && lack(one, *hz));
+    found.map(|(_, hz)| hz).collect()
+}
+
+/// The lines of which it is not known whether the textures make them, Hz, lowest first. `recordings` are those of one speed: what all of them
+/// have, where they are of two samples at least, may be of the machine or of the finger, also where it moves with the speed; what one recording
+/// has and another of the same sample lacks is not of the texture alone. `all_speeds` are recordings
 /// of each sample: what one sample has at one frequency at three speeds or more does not move. Peaks at the mains and its second and third
 /// harmonic may be hum, also in one recording alone.
 ///
@@ -201,6 +229,7 @@ pub fn lines_in_doubt(recordings: &[LinesOf<'_>], all_speeds: &[Vec<LinesOf<'_>>
             found.extend(shared(of_sample));
         }
     }
+    found.extend(of_some_recordings(recordings));
     for one in recordings {
         let hum = |hz: &f64| of_the_mains(*hz, one.psd.resolution_hz) && *hz < HUM_HZ;
         found.extend(peaks_hz(one).into_iter().filter(hum));

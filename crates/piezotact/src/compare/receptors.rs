@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use crate::criterion::Outcome;
 use crate::feature::{Analysis, Receptor, StrokeFeatures};
+use crate::number::plus;
 use crate::quantity::{Band, Hertz, Unit};
 use crate::recording::Condition;
 use crate::statistics::{mean, mean_interval};
@@ -204,7 +205,7 @@ impl fmt::Display for ReceptorLevel {
             Outcome::NotMet => write!(f, "{name} below its threshold")?,
             Outcome::NotDecided => write!(f, "{name} not decided")?,
         }
-        write!(f, " ({level_db:+.1} dB")?;
+        write!(f, " ({} dB", plus(level_db, 1))?;
         let part = self.band_hz.filter(|band| Some(*band) != own);
         if let Some(part) = part {
             write!(f, " at {} to {} Hz", hz(part.low().0), hz(part.high().0))?;
@@ -212,7 +213,9 @@ impl fmt::Display for ReceptorLevel {
         match self.interval_db {
             Some([low, high]) => write!(
                 f,
-                ", 95 % {low:+.1} to {high:+.1} over {}",
+                ", 95 % {} to {} over {}",
+                plus(low, 1),
+                plus(high, 1),
                 self.over.counted(self.units)
             )?,
             None => write!(f, ", one stroke")?,
@@ -224,9 +227,11 @@ impl fmt::Display for ReceptorLevel {
             let low_hz = own.map_or(0.0, |own| own.low().0);
             write!(
                 f,
-                "; with all that was recorded at {} to {} Hz, gesture or vibration, {at_most_db:+.1} dB or less (95 % up to {upper_db:+.1})",
+                "; with all that was recorded at {} to {} Hz, gesture or vibration, {} dB or less (95 % up to {})",
                 hz(low_hz),
-                hz(part.low().0)
+                hz(part.low().0),
+                plus(at_most_db, 1),
+                plus(upper_db, 1)
             )?;
         }
         write!(f, ")")
