@@ -71,6 +71,20 @@ def test_an_array_without_a_unit_is_refused_where_the_unit_decides() -> None:
         pz.spectrum("missing.wav", unit="m/s2")
 
 
+@pytest.mark.filterwarnings("ignore::piezotact.Warning")
+def test_a_unit_that_is_not_known_is_refused() -> None:
+    functions: list[Any] = [pz.info, pz.spectrum, pz.strokes]
+    for function in functions:
+        with pytest.raises(pz.DataError, match=r"one of the units m/s2, .*, found `bananas`"):
+            function(sine(), rate=RATE, unit="bananas")
+    with pytest.raises(pz.DataError, match="for `fz` one of the units"):
+        pz.recording({"acc": sine(), "fz": sine()}, rate=RATE, unit={"acc": "g", "fz": "2 bananas"})
+    # What the program computes nothing from is kept, and what a recording says of its units can be stated again.
+    made = pz.recording({"acc": sine(), "tz": sine(), "count": sine()}, rate=RATE, unit={"acc": "g", "tz": "Nm"})
+    assert made.units == {"acc": "m/s²", "tz": "Nm", "count": "no unit"}
+    assert pz.recording(dict(made), rate=RATE, unit=made.units).units == made.units
+
+
 def test_what_files_state_is_not_left_out_silently_of_a_recording(data: Path) -> None:
     plain = pz.recording(sine(), rate=RATE)
     with pytest.raises(pz.UsageError, match="state the unit where the recording is made"):

@@ -10,6 +10,7 @@ import sysconfig
 from pathlib import Path
 
 import pytest
+from piezotact._batch import TABLE
 
 GUIDE = Path(__file__).parents[2] / "docs" / "guide"
 
@@ -37,6 +38,12 @@ def test_the_chapter_on_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, 
     out = capsys.readouterr().out
     assert "coherence 0.9" in out and "passed" in out, out
     assert (tmp_path / "verification.html").read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
+
+
+def test_the_chapter_on_python_explains_the_columns_of_strokes() -> None:
+    text = (GUIDE / "python.md").read_text(encoding="utf-8")
+    rows = [line.split("|")[1] for line in text.splitlines() if line.startswith("| `")]
+    assert sorted(re.findall(r"`(\w+)`", " ".join(rows))) == sorted(["file", *TABLE, "label_NAME"])
 
 
 @pytest.mark.skipif(shutil.which("octave-cli") is None, reason="this system has no Octave")

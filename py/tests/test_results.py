@@ -69,6 +69,16 @@ def test_fields_that_are_words_of_python_have_an_underscore(data: Path) -> None:
         verified.report(data / "nowhere" / "report.html")
 
 
+def test_a_target_is_known_by_its_samples(data: Path) -> None:
+    texture = pz.read(data / "texture.wav")
+    x, rate = texture["acceleration"], texture.rate_hz
+    rendered = pz.render(x, rate=rate, unit="m/s2", transfer=data / "tf.json", level="fit")
+    played = pz.play(rendered, bench="twin:participant=4,seed=7")
+    for target, is_other in [(x, False), (1.5 * x, True)]:
+        verified = pz.verify(target=target, measured=played, rate=rate, unit="m/s2")
+        assert ("other_origin" in [one.code for one in verified.warnings]) == is_other
+
+
 def test_folders_go_with_pickle(data: Path) -> None:
     textures: list[Any] = [data / "texture.wav", pz.read(data / "S1.parquet")["acceleration"]]
     rendered = pz.render(textures, rate=5000, unit="m/s2", transfer=data / "tf.json", level="fit")

@@ -249,13 +249,21 @@ fn is_force_in_other_unit(channel: &Channel) -> bool {
     is_other && is_force_name(&channel.name)
 }
 
-/// Whether a channel is a torque, by its unit or its name: the sensors that give three forces give three torques too.
-fn is_torque(channel: &Channel) -> bool {
-    let unit: String = match &channel.unit {
+/// Whether `unit` is one of a torque: `Nm`, `N·mm`, `lbf-in`.
+///
+/// Source: docs/guide/files.md, the channels that laboratories record.
+#[must_use]
+pub fn is_torque_unit(unit: &Unit) -> bool {
+    let unit: String = match unit {
         Unit::Other(unit) => unit.chars().filter(|c| c.is_alphanumeric()).collect(),
         _ => String::new(),
     };
     ["Nm", "Nmm", "mNm", "Ncm", "lbfin", "lbin", "inlb"].contains(&unit.as_str())
+}
+
+/// Whether a channel is a torque, by its unit or its name: the sensors that give three forces give three torques too.
+fn is_torque(channel: &Channel) -> bool {
+    is_torque_unit(&channel.unit)
         || is_called(
             channel,
             &["torque", "drehmoment", "momento"],

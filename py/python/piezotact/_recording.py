@@ -175,12 +175,14 @@ def recording(
     Parameters
     ----------
     channels : array_like of shape (n,), dict of them, or DataFrame
-        The samples of one channel, which is called ``signal``, or of channels by their names. They are copied once.
+        The samples of one channel, which is called ``signal``, or of channels by their names. They are copied once. Integers are
+        taken as values in the unit.
     rate : float
         The sampling rate, in Hz.
     unit : str or dict of str
         The unit of all channels, or of each by its name: ``"m/s2"``, ``"g"``, ``"mN"``, ``"200 m/s2"`` where 1 stands for 200 m/s²,
-        ``"1"`` relative to full scale. Without it, what needs a unit refuses the channel.
+        ``"1"`` relative to full scale. Without it (or with ``"no unit"``), what needs a unit refuses the channel. A unit that is not
+        known is refused.
     name : str
         What messages and documents call it.
     condition : dict

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{Headroom, PhaseForm, RenderConfig, RenderedDrive, headroom};
+use crate::checksum::Checksum;
 use crate::clipping::{ClippedAt, ClippingWarning};
 use crate::device::DriveSetup;
 use crate::lineage::Mode;
@@ -23,6 +24,9 @@ pub struct Rendering {
     pub setup: Option<DriveSetup>,
     /// The texture it was rendered from, by name.
     pub target: String,
+    /// The checksum of its samples in m/s²; absent where it is not stated.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub target_samples: Option<Checksum>,
     /// The condition it is for, the provenance of its transfer function, and its warnings.
     #[serde(flatten)]
     pub about: About,
@@ -74,6 +78,7 @@ impl Rendering {
     pub fn of(rendered: &RenderedDrive, target: &str, level_db: f64) -> Self {
         Self {
             target: target.into(),
+            target_samples: None,
             about: rendered.about.clone(),
             setup: rendered.setup.clone(),
             level_db,

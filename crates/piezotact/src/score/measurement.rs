@@ -1,6 +1,7 @@
 //! A measurement held against its target, with what both files say.
 
 use super::with_perceptible_difference;
+use crate::checksum::Checksum;
 use crate::clipping::clipping;
 use crate::integrity::inspect;
 use crate::quantity::{Acceleration, Band, Decibels, Drive, Seconds};
@@ -133,16 +134,28 @@ fn warnings_before(target: Target<'_>, measured: &Measurement<'_>, more: &[Warni
     };
     let condition = &measured.recording.about.condition;
     warnings.extend(rendering.about.condition.warnings_when_measured(condition));
-    if !rendering.target.is_empty() && rendering.target != target.name {
-        warnings.push(RecordingWarning::OtherOrigin {
-            what: OtherOrigin::Target {
-                rendered: rendering.target.clone(),
-                compared: target.name.to_owned(),
-            },
-        });
-    }
+    warnings.extend(other_target(target, rendering));
     warnings.extend(rendering.about.warnings.iter().cloned());
     warnings
+}
+
+/// The warning that `target` is another texture than that of `rendering`: by its samples where the rendering states them, else by name.
+fn other_target(target: Target<'_>, rendering: &Rendering) -> Option<RecordingWarning> {
+    let found = Checksum::of(target.texture.samples().iter().copied());
+    let is_named_alike = rendering.target == target.name;
+    let is_other = match rendering.target_samples {
+        Some(samples) => samples != found,
+        None => !rendering.target.is_empty() && !is_named_alike,
+    };
+    let [rendered, compared] = match rendering.target_samples {
+        Some(samples) if is_named_alike => {
+            [samples, found].map(|checksum| format!("{} (checksum {checksum})", target.name))
+        }
+        _ => [rendering.target.clone(), target.name.to_owned()],
+    };
+    is_other.then_some(RecordingWarning::OtherOrigin {
+        what: OtherOrigin::Target { rendered, compared },
+    })
 }
 
 #[cfg(test)]
@@ -152,7 +165,6 @@ mod tests {
     use rand_chacha::rand_core::{Rng, SeedableRng};
 
     use super::*;
-    use crate::checksum::Checksum;
     use crate::criterion::Outcome;
     use crate::quantity::{Force, Hertz, Quantity, SampleRate, Unit};
     use crate::recording::{Channel, Condition, Provenance};
@@ -296,14 +308,8 @@ mod tests {
     fn a_drive_played_through_its_own_transfer_function_is_a_rehearsal() {
         let of_target = texture(3);
         let target = recording(of_target.clone(), force()[..COUNT].to_vec());
-        let rate = SampleRate::new(RATE_HZ).unwrap();
-        let lines = vec![Complex::new(20.0, 0.0); 501];
-        let coherence = vec![0.99; 501];
-        let function: TransferFunction<Drive, Acceleration> =
-            TransferFunction::from_lines(lines, coherence, 5.0, rate, Estimator::H1, 100).unwrap();
-        let wanted: Series<Acceleration> = target.series(Some("acc")).unwrap();
-        let drive = render(&wanted, &function, &RenderConfig::over(band(), rate)).unwrap();
-        let rendering = Rendering::of(&drive, "target.wav", 0.0);
+        let function = function();
+        let rendering = rendered(&target, &function);
         let mut measured = recording(read(&of_target, 1), force());
         for (through, is_rehearsal) in [
             (None, false),
@@ -317,6 +323,48 @@ mod tests {
             let warnings = found.warnings.iter();
             let own = warnings.filter(|one| one.kind::<RehearsalWarning>().is_some());
             assert_eq!(own.count(), usize::from(is_rehearsal));
+        }
+    }
+
+    /// The device of these tests.
+    fn function() -> TransferFunction<Drive, Acceleration> {
+        let rate = SampleRate::new(RATE_HZ).unwrap();
+        let lines = vec![Complex::new(20.0, 0.0); 501];
+        let coherence = vec![0.99; 501];
+        TransferFunction::from_lines(lines, coherence, 5.0, rate, Estimator::H1, 100).unwrap()
+    }
+
+    /// How `target`, called target.wav, is rendered through `function`.
+    fn rendered(target: &Recording, function: &TransferFunction<Drive, Acceleration>) -> Rendering {
+        let wanted: Series<Acceleration> = target.series(Some("acc")).unwrap();
+        let config = RenderConfig::over(band(), wanted.rate());
+        let drive = render(&wanted, function, &config).unwrap();
+        Rendering::of(&drive, "target.wav", 0.0)
+    }
+
+    /// A texture is known by its samples, not by what it is called; by its name where the rendering does not state them.
+    #[test]
+    fn a_drive_of_another_texture_is_a_warning() {
+        let of_target = texture(3);
+        let target = recording(of_target.clone(), force()[..COUNT].to_vec());
+        let measured = recording(read(&of_target, 1), force());
+        let [own, other] = [of_target, texture(4)].map(|samples| Some(Checksum::of(samples)));
+        let mut rendering = rendered(&target, &function());
+        for (name, samples, is_warned) in [
+            ("target.wav", own, false),
+            ("texture", own, false),
+            ("target.wav", other, true),
+            ("texture", other, true),
+            ("target.wav", None, false),
+            ("texture", None, true),
+            ("", None, false),
+        ] {
+            rendering.target = name.into();
+            rendering.target_samples = samples;
+            let found = judged(&measured, &target, Some(&rendering));
+            let mut warnings = found.warnings.iter();
+            let own = warnings.find(|one| one.code == "other_origin");
+            assert_eq!(own.is_some(), is_warned, "{name} {samples:?}");
         }
     }
 }

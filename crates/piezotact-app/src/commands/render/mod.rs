@@ -250,7 +250,10 @@ impl Job<'_> {
             &contents.recording.about,
             (texture.amplified(Decibels(level)), level),
         );
-        let rendering = Rendering::of(&drive, &name(self.target), level);
+        let rendering = Rendering {
+            target_samples: Some(asked.target),
+            ..Rendering::of(&drive, &name(self.target), level)
+        };
         write_drive(&self.out, &drive, args.drive_rate, rendering.clone())?;
         earlier.map_or(Ok(()), Earlier::settle)?;
         if let (Some(path), Some(corrected)) = (&self.record, &corrected) {

@@ -163,11 +163,10 @@ impl Verification {
 
     fn numbers(&self, rendering: Option<&Rendering>) -> Vec<Number> {
         let number = |value: String, name: String| Number::new(value, name);
-        let error = "spectrum error";
         let reached = self.error_db_rms_achievable.map(|error_db| {
             number(
                 format!("{error_db:.2} dB"),
-                format!("{error}, rms over the reached part of the band"),
+                "the same over the reached part of the band".into(),
             )
         });
         let delay = match rendering.map(|rendering| rendering.config.modelling_delay.0 * 1e3) {
@@ -179,7 +178,7 @@ impl Verification {
         let all = [number(
             format!("{:.2} dB", self.error_db_rms),
             format!(
-                "{error} as measured, sensor noise included, rms over {}",
+                "spectrum error as measured, rms over all of {}; the criterion is without sensor noise and scatter",
                 self.band_hz
             ),
         )];
