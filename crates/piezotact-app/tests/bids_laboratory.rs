@@ -14,7 +14,7 @@ fn laboratory() -> Folder {
         folder.write(name, table(&recorded(&mut Random::new(seed), &kinds)));
         folder.write(
             &format!("{name}.json"),
-            r#"{"started_at": "2024-03-05T10:22:33.250", "events": [{"onset_s": 0.5, "duration_s": 0, "kind": "answer", "value": "rough"}]}"#,
+            r#"{"started_at": "2024-03-05T10:22:33.250", "events": [{"onset_s": 0.5, "duration_s": 0, "kind": "answer", "value": "rough"}, {"onset_s": 0.6, "duration_s": 0, "kind": "Dupont 12.03.1988 starts"}, {"onset_s": 0.7, "duration_s": 0, "kind": "Marie Dupont"}]}"#,
         );
     }
     folder.write(
@@ -60,7 +60,10 @@ fn recordings_without_a_campaign_are_a_data_set_without_sessions() {
             "{name}"
         );
         if let Ok(text) = std::fs::read_to_string(root.join(&path)) {
-            assert!(!text.contains("2024-03"), "{name}");
+            assert!(
+                !text.contains("2024-03") && !text.contains("Dupont"),
+                "{name}"
+            );
         }
     }
     // Dates of a person are shifted together; those of another stay none.
@@ -103,6 +106,7 @@ fn recordings_without_a_campaign_are_a_data_set_without_sessions() {
     let events = std::fs::read_to_string(events).unwrap();
     assert!(events.contains("\tstroke\t"), "{events}");
     assert_eq!(events.matches("\tanswer\t").count(), 1, "{events}");
+    assert_eq!(events.matches("\tevent\t").count(), 2, "{events}");
     assert!(!events.contains("rough"), "{events}");
 }
 

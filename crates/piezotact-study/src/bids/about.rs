@@ -160,7 +160,7 @@ impl fmt::Display for NotCarried {
                 "true dates: the first day of each participant is 1900-01-01; times of day and times between sessions are kept",
             ),
             Self::TypedTexts => f.write_str(
-                "texts that somebody typed (notes, reasons of corrections, stops and void trials; labels of recordings; values of events in files of other programs that are no numbers, codes of markers or single words in small letters; words for sex, finger and language that are not common ones) and the tag of the experimenter",
+                "texts that somebody typed (notes, reasons of corrections, stops and void trials; labels of recordings; kinds and values of events in files of other programs that are no numbers, codes of markers or single words in small letters; words for sex, finger and language that are not common ones) and the tag of the experimenter",
             ),
             Self::Identities => f.write_str("consents and identities"),
             Self::Steps => f.write_str(
