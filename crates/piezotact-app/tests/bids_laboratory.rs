@@ -198,6 +198,41 @@ fn who_was_recorded_is_stated_and_never_guessed() {
     }
 }
 
+/// Reading warns of events before the first sample and after the last; a table with them would not pass `bids check`.
+#[test]
+fn events_outside_the_recording_are_left_out_and_counted() {
+    let folder = Folder::new();
+    folder.write(
+        "P01_S4.csv",
+        table(&recorded(&mut Random::new(3), &[Kind::Plain])),
+    );
+    let event = |onset_s: f64, kind: &str| {
+        format!(r#"{{"onset_s": {onset_s}, "duration_s": 0, "kind": "{kind}"}}"#)
+    };
+    let events = [
+        event(-2.0, "too_early"),
+        event(0.5, "within"),
+        event(9000.0, "too_late"),
+    ];
+    folder.write(
+        "P01_S4.csv.json",
+        format!(r#"{{"events": [{}]}}"#, events.join(", ")),
+    );
+    let done = run(
+        &folder,
+        "bids export --recordings P01_S4.csv --meta {participant}_{sample} --out bids",
+    );
+    done.expect_success();
+    let said = done.out() + &done.err();
+    holds(&said, &["2 event(s) are outside the recording"]);
+    let events = file(&folder.path("bids"), &["acq-S4_run-1", "events.tsv"]);
+    let events = std::fs::read_to_string(events).unwrap();
+    assert!(events.contains("\twithin\t"), "{events}");
+    assert!(!events.contains("too_"), "{events}");
+    let (found, code) = problems(&folder, "bids");
+    assert!(found.is_empty() && code == Some(0), "{found:?}");
+}
+
 /// What the program says of a recording of another program names its channels; a data set does not repeat such names.
 #[test]
 fn words_of_a_file_are_not_carried_by_its_warnings() {
