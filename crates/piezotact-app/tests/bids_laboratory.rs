@@ -233,6 +233,41 @@ fn events_outside_the_recording_are_left_out_and_counted() {
     assert!(found.is_empty() && code == Some(0), "{found:?}");
 }
 
+/// The second of three recordings of a sample has no strokes, and so nothing is derived of it.
+#[test]
+fn derived_values_have_the_run_of_their_recording() {
+    let folder = Folder::new();
+    let kinds = [
+        ("P01_S4_1.csv", Kind::Plain),
+        ("P01_S4_2.csv", Kind::TouchOnly),
+        ("P01_S4_3.csv", Kind::Plain),
+    ];
+    for (seed, (name, kind)) in (3..).zip(kinds) {
+        folder.write(name, table(&recorded(&mut Random::new(seed), &[kind])));
+    }
+    run(
+        &folder,
+        "bids export --recordings P01_S4_1.csv P01_S4_2.csv P01_S4_3.csv --meta {participant}_{sample}_{repeat} --out bids",
+    )
+    .expect_success();
+    let derived = folder.path("bids/derivatives/piezotact/sub-P01/beh");
+    for suffix in ["psd", "features"] {
+        let name = |run: u32| format!("sub-P01_task-touch_acq-S4_run-{run}_desc-strokes_{suffix}");
+        let all = files(&derived).into_iter();
+        let all = all.map(|path| path.to_string_lossy().into_owned());
+        let ending = format!("_{suffix}.tsv");
+        let found: Vec<String> = all.filter(|file| file.ends_with(&ending)).collect();
+        let expected = [1, 3].map(|run| name(run) + ".tsv");
+        assert_eq!(found, expected);
+        for run in [1, 3] {
+            let sidecar = derived.join(name(run) + ".json");
+            let sidecar = std::fs::read_to_string(sidecar).unwrap();
+            let source = format!("acq-S4_run-{run}_recording-fiv_physio.tsv.gz");
+            assert!(sidecar.contains(&source), "{sidecar}");
+        }
+    }
+}
+
 /// What the program says of a recording of another program names its channels; a data set does not repeat such names.
 #[test]
 fn words_of_a_file_are_not_carried_by_its_warnings() {
