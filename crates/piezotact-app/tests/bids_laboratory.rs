@@ -71,10 +71,12 @@ fn recordings_without_a_campaign_are_a_data_set_without_sessions() {
     holds(
         &scans,
         &[
-            "acq-S4_run-1_recording-fiv_physio.tsv.gz 1900-01-01T21:00:00",
+            "acq-S4_run-1_recording-fiv_physio.tsv.gz 1900-01-01T21:00:00Z",
             "acq-S8_run-1_recording-fiv_physio.tsv.gz 1900-01-02T10:22:33.25",
         ],
     );
+    // UTC is marked, and a clock in an unknown time zone is not taken for UTC.
+    assert_eq!(scans.matches('Z').count(), 1, "{scans}");
     let scans = std::fs::read_to_string(root.join("sub-P02/sub-P02_scans.tsv")).unwrap();
     holds(&scans, &["physio.tsv.gz n/a"]);
     let people = std::fs::read_to_string(root.join("participants.tsv")).unwrap();
