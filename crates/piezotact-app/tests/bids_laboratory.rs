@@ -14,7 +14,7 @@ fn laboratory() -> Folder {
         folder.write(name, table(&recorded(&mut Random::new(seed), &kinds)));
         folder.write(
             &format!("{name}.json"),
-            r#"{"started_at": "2024-03-05T10:22:33.250", "events": [{"onset_s": 0.5, "duration_s": 0, "kind": "answer", "value": "rough"}]}"#,
+            r#"{"started_at": "2024-03-05T10:22:33.250", "events": [{"onset_s": 0.5, "duration_s": 0, "kind": "answer", "value": "rough"}, {"onset_s": 0.6, "duration_s": 0, "kind": "Dupont 12.03.1988 starts"}, {"onset_s": 0.7, "duration_s": 0, "kind": "Marie Dupont"}]}"#,
         );
     }
     folder.write(
@@ -60,7 +60,10 @@ fn recordings_without_a_campaign_are_a_data_set_without_sessions() {
             "{name}"
         );
         if let Ok(text) = std::fs::read_to_string(root.join(&path)) {
-            assert!(!text.contains("2024-03"), "{name}");
+            assert!(
+                !text.contains("2024-03") && !text.contains("Dupont"),
+                "{name}"
+            );
         }
     }
     // Dates of a person are shifted together; those of another stay none.
@@ -68,10 +71,12 @@ fn recordings_without_a_campaign_are_a_data_set_without_sessions() {
     holds(
         &scans,
         &[
-            "acq-S4_run-1_recording-fiv_physio.tsv.gz 1900-01-01T21:00:00",
+            "acq-S4_run-1_recording-fiv_physio.tsv.gz 1900-01-01T21:00:00Z",
             "acq-S8_run-1_recording-fiv_physio.tsv.gz 1900-01-02T10:22:33.25",
         ],
     );
+    // UTC is marked, and a clock in an unknown time zone is not taken for UTC.
+    assert_eq!(scans.matches('Z').count(), 1, "{scans}");
     let scans = std::fs::read_to_string(root.join("sub-P02/sub-P02_scans.tsv")).unwrap();
     holds(&scans, &["physio.tsv.gz n/a"]);
     let people = std::fs::read_to_string(root.join("participants.tsv")).unwrap();
@@ -103,6 +108,7 @@ fn recordings_without_a_campaign_are_a_data_set_without_sessions() {
     let events = std::fs::read_to_string(events).unwrap();
     assert!(events.contains("\tstroke\t"), "{events}");
     assert_eq!(events.matches("\tanswer\t").count(), 1, "{events}");
+    assert_eq!(events.matches("\tevent\t").count(), 2, "{events}");
     assert!(!events.contains("rough"), "{events}");
 }
 
@@ -191,6 +197,76 @@ fn who_was_recorded_is_stated_and_never_guessed() {
     for (line, code, parts) in refused {
         run(&folder, line).expect_failure(code, parts);
         assert!(!folder.path("none").exists(), "{line}");
+    }
+}
+
+/// Reading warns of events before the first sample and after the last; a table with them would not pass `bids check`.
+#[test]
+fn events_outside_the_recording_are_left_out_and_counted() {
+    let folder = Folder::new();
+    folder.write(
+        "P01_S4.csv",
+        table(&recorded(&mut Random::new(3), &[Kind::Plain])),
+    );
+    let event = |onset_s: f64, kind: &str| {
+        format!(r#"{{"onset_s": {onset_s}, "duration_s": 0, "kind": "{kind}"}}"#)
+    };
+    let events = [
+        event(-2.0, "too_early"),
+        event(0.5, "within"),
+        event(9000.0, "too_late"),
+    ];
+    folder.write(
+        "P01_S4.csv.json",
+        format!(r#"{{"events": [{}]}}"#, events.join(", ")),
+    );
+    let done = run(
+        &folder,
+        "bids export --recordings P01_S4.csv --meta {participant}_{sample} --out bids",
+    );
+    done.expect_success();
+    let said = done.out() + &done.err();
+    holds(&said, &["2 event(s) are outside the recording"]);
+    let events = file(&folder.path("bids"), &["acq-S4_run-1", "events.tsv"]);
+    let events = std::fs::read_to_string(events).unwrap();
+    assert!(events.contains("\twithin\t"), "{events}");
+    assert!(!events.contains("too_"), "{events}");
+    let (found, code) = problems(&folder, "bids");
+    assert!(found.is_empty() && code == Some(0), "{found:?}");
+}
+
+/// The second of three recordings of a sample has no strokes, and so nothing is derived of it.
+#[test]
+fn derived_values_have_the_run_of_their_recording() {
+    let folder = Folder::new();
+    let kinds = [
+        ("P01_S4_1.csv", Kind::Plain),
+        ("P01_S4_2.csv", Kind::TouchOnly),
+        ("P01_S4_3.csv", Kind::Plain),
+    ];
+    for (seed, (name, kind)) in (3..).zip(kinds) {
+        folder.write(name, table(&recorded(&mut Random::new(seed), &[kind])));
+    }
+    run(
+        &folder,
+        "bids export --recordings P01_S4_1.csv P01_S4_2.csv P01_S4_3.csv --meta {participant}_{sample}_{repeat} --out bids",
+    )
+    .expect_success();
+    let derived = folder.path("bids/derivatives/piezotact/sub-P01/beh");
+    for suffix in ["psd", "features"] {
+        let name = |run: u32| format!("sub-P01_task-touch_acq-S4_run-{run}_desc-strokes_{suffix}");
+        let all = files(&derived).into_iter();
+        let all = all.map(|path| path.to_string_lossy().into_owned());
+        let ending = format!("_{suffix}.tsv");
+        let found: Vec<String> = all.filter(|file| file.ends_with(&ending)).collect();
+        let expected = [1, 3].map(|run| name(run) + ".tsv");
+        assert_eq!(found, expected);
+        for run in [1, 3] {
+            let sidecar = derived.join(name(run) + ".json");
+            let sidecar = std::fs::read_to_string(sidecar).unwrap();
+            let source = format!("acq-S4_run-{run}_recording-fiv_physio.tsv.gz");
+            assert!(sidecar.contains(&source), "{sidecar}");
+        }
     }
 }
 

@@ -9,6 +9,7 @@ use piezotact_people::campaign::dictionary::ColumnMeaning;
 use serde::{Deserialize, Serialize};
 
 use super::name::STIM;
+use super::privacy::personal;
 
 /// What a column means, with the tags of its levels.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
@@ -130,13 +131,14 @@ pub(super) struct SignalSidecar {
     pub(super) others: BTreeMap<String, serde_json::Value>,
 }
 
-/// The symbol of a unit as BIDS has units.
-pub(super) fn unit_text(unit: &Unit) -> String {
+/// The symbol of a unit as BIDS has units; `arbitrary` for none, and for a text with a date, an address or a number of a telephone.
+#[must_use]
+pub fn unit_text(unit: &Unit) -> String {
     match unit {
         Unit::MetrePerSecondSquared => "m/s^2".into(),
         // A share of full scale is a number without a unit.
         Unit::FullScale => "1".into(),
-        Unit::Other(text) if text.is_empty() => "arbitrary".into(),
+        Unit::Other(text) if text.is_empty() || personal(text).is_some() => "arbitrary".into(),
         other => other.symbol().to_owned(),
     }
 }
@@ -166,6 +168,17 @@ pub(super) fn channel_meaning(name: &str, unit: &Unit, suffix: &str) -> ColumnMe
 mod tests {
     use super::*;
     use serde_json::{Value, json};
+
+    #[test]
+    fn unit_that_may_tell_who_somebody_is_is_not_carried() {
+        let text = |unit: &str| unit_text(&Unit::parse(unit).0);
+        for unit in ["counts", "V/m/s", "N·mm", "°C"] {
+            assert_eq!(text(unit), unit);
+        }
+        for unit in ["Dupont 12.03.1988", "jane@lab.org", ""] {
+            assert_eq!(text(unit), "arbitrary", "{unit}");
+        }
+    }
 
     /// A data set of an earlier form has its warnings under another key: refused, not read without them.
     #[test]

@@ -24,6 +24,7 @@ pub use about::{DatasetAbout, Followed, NotCarried, Person, SessionFacts};
 pub use check::{Checked, Problem, ProblemKind, SecondOpinion, check};
 pub use error::BidsError;
 pub use folder::{NewFolder, require_outside};
+pub use json::unit_text;
 pub use label::label_of;
 pub use name::Entities;
 pub use page::Imported;

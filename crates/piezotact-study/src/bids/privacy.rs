@@ -13,8 +13,8 @@ const OLDEST: u32 = 89;
 const TO_1970: i64 = 25_567;
 const DAY_MS: i64 = 86_400_000;
 
-/// The calendar of one participant: whole days earlier than the true one, so that the first day is 1900-01-01. Times of day (UTC) and
-/// the time between sessions stay.
+/// The calendar of one participant: whole days earlier than the true one, so that the first day is 1900-01-01. Times of day and the
+/// time between sessions stay.
 ///
 /// Source: BIDS 1.11, scans file: dates may be shifted, for all files of a participant alike, and are then before 1925.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,13 +47,13 @@ impl Calendar {
         at_ms - self.days * DAY_MS
     }
 
-    /// `at_ms` on this calendar as BIDS has times: `1900-01-01T10:22:33.250`.
+    /// `at_ms` on this calendar as BIDS has times in UTC: `1900-01-01T10:22:33.250Z`.
     #[must_use]
     pub fn text(self, at_ms: i64) -> String {
         text_of(self.shifted_ms(at_ms))
     }
 
-    /// The start time of a recording on this calendar; of a clock in an unknown time zone its own time of day.
+    /// The start time of a recording on this calendar, in UTC; of a clock in an unknown time zone its own time of day, without `Z`.
     #[must_use]
     pub fn start(self, started: &StartTime) -> String {
         let text = String::from(started.clone());
@@ -75,7 +75,7 @@ fn is_in_zone(text: &str) -> bool {
     text.ends_with('Z') || text.get(19..).is_some_and(|rest| rest.contains(['+', '-']))
 }
 
-/// A time in ms since 1970-01-01 00:00 UTC as BIDS has times.
+/// A time in ms since 1970-01-01 00:00 UTC as BIDS has times in UTC.
 pub(super) fn text_of(at_ms: i64) -> String {
     let zero = StartTime::try_from("1970-01-01T00:00:00".to_owned());
     // Whole seconds are exact as floating point.
@@ -87,6 +87,7 @@ pub(super) fn text_of(at_ms: i64) -> String {
     if ms > 0 {
         text.push_str(&format!(".{ms:03}"));
     }
+    text.push('Z');
     text
 }
 
@@ -450,10 +451,10 @@ mod tests {
         // 2026-03-01T10:22:33.250Z
         let first = 1_772_360_553_250;
         let calendar = Calendar::beginning(first);
-        assert_eq!(calendar.text(first), "1900-01-01T10:22:33.250");
+        assert_eq!(calendar.text(first), "1900-01-01T10:22:33.250Z");
         assert_eq!(
             calendar.text(first + 26 * 3_600_000),
-            "1900-01-02T12:22:33.250"
+            "1900-01-02T12:22:33.250Z"
         );
         assert_eq!(
             ms_of(&calendar.text(first)),
@@ -462,7 +463,7 @@ mod tests {
         let start = |text: &str| StartTime::try_from(text.to_owned()).unwrap();
         assert_eq!(
             calendar.start(&start("2026-03-02T10:22:33+01:00")),
-            "1900-01-02T09:22:33"
+            "1900-01-02T09:22:33Z"
         );
         assert_eq!(
             calendar.start(&start("2026-03-02T10:22:33.123456789")),

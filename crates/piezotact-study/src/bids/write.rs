@@ -76,7 +76,7 @@ pub struct BidsWriter<'a> {
     scans: BTreeMap<(String, Option<String>), Vec<Scan>>,
     runs: BTreeMap<Entities, u32>,
     brain_runs: BTreeMap<Entities, u32>,
-    /// How many values of a kind were derived.
+    /// How many values of a kind were derived that are of no one recording.
     kinds_derived: BTreeMap<(Entities, String), u32>,
     /// The kinds of events by task, beside those of the protocol.
     kinds: BTreeMap<String, BTreeSet<String>>,

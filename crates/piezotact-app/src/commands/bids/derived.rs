@@ -18,7 +18,7 @@ use piezotact_people::association::{
 use piezotact_people::campaign::dictionary::{ColumnMeaning, columns_of};
 use piezotact_people::campaign::plan::Plan;
 use piezotact_people::campaign::readiness::stimuli_of;
-use piezotact_study::bids::{Derived, Sources, Touched, warnings_carried};
+use piezotact_study::bids::{Derived, Sources, Touched, unit_text, warnings_carried};
 use serde_json::json;
 
 use crate::commands::campaign::study::Study;
@@ -80,10 +80,7 @@ pub(super) fn of_strokes(take: &AnalysedRecording, of: &Touched<'_>, written: &s
     let Some(analysis) = &take.analysis else {
         return Vec::new();
     };
-    let unit = match analysis.unit.symbol() {
-        "m/s²" => "m/s^2".to_owned(),
-        other => other.to_owned(),
-    };
+    let unit = unit_text(&analysis.unit);
     let mut of_psd = columns_of("psd");
     for name in ["mean", "sd"] {
         if let Some(column) = of_psd.get_mut(name) {

@@ -8,7 +8,7 @@ use piezotact::invocation::Found;
 use piezotact::number::counted;
 use piezotact::page::Table;
 use piezotact::quantity::Unit;
-use piezotact::recording::Recording;
+use piezotact::recording::{Event, Recording};
 use piezotact::study::{
     self, AnalysedRecording, Breadth, Factor, Gesture, Question, Recorded, Stated, StudySettings,
     events_table,
@@ -94,8 +94,13 @@ pub(super) fn strokes(
     otherwise: Option<&str>,
     reading: &Reading,
 ) -> Outcome<Strokes> {
-    let recording = read(path, reading)?.recording;
+    let mut recording = read(path, reading)?.recording;
     require_touch(path, &recording)?;
+    // Reading has warned of them.
+    let outside = recording.annotations.outside(recording.duration());
+    let outside: Vec<Event> = outside.into_iter().cloned().collect();
+    let events = &mut recording.annotations.events;
+    events.retain(|event| !outside.contains(event));
     let naming = match meta {
         Some(pattern) => pattern.read(path).map_err(usage)?,
         None => known_naming(path),
@@ -128,7 +133,6 @@ pub(super) fn strokes(
         cuts,
         cuts_are_looked_for_in: beside.display().to_string(),
     };
-    let mut recording = recording;
     // Strokes that cannot be cut are no reason to leave a recording out.
     let Ok(take) = study::cut(recorded, &stated) else {
         recording.about.condition.participant = Some(participant.clone());

@@ -7,7 +7,7 @@ use piezotact_people::campaign::dictionary::ColumnMeaning;
 
 use super::super::error::BidsError;
 use super::super::label_of;
-use super::super::name::Entities;
+use super::super::name::{Entities, Parsed};
 use super::super::table::tsv_text;
 use super::parts::texts_carried;
 use super::{BidsWriter, DERIVATIVES, PARTICIPANT, SAMPLE, TASK};
@@ -67,10 +67,10 @@ impl BidsWriter<'_> {
             Some((participant, session)) => {
                 of.sub = self.labels[PARTICIPANT].label(participant)?;
                 of.ses = self.session_label(session)?;
-                let key = (of.clone(), derived.suffix.to_owned());
-                let counted = self.kinds_derived.entry(key).or_default();
-                *counted += 1;
-                of.run = (*counted > 1).then_some(*counted);
+                of.run = match derived.sources {
+                    Sources::Session([file]) => run_of(file),
+                    _ => self.repeated(&of, derived.suffix),
+                };
                 format!("{DERIVATIVES}/{}/beh/{of}_{}", of.folder(), derived.suffix)
             }
             None => {
@@ -106,6 +106,14 @@ impl BidsWriter<'_> {
         self.folder.put_json(&format!("{stem}.json"), &sidecar)
     }
 
+    /// The number of a value that is of no one recording, where it is not the first of its kind.
+    fn repeated(&mut self, of: &Entities, suffix: &str) -> Option<u32> {
+        let key = (of.clone(), suffix.to_owned());
+        let counted = self.kinds_derived.entry(key).or_default();
+        *counted += 1;
+        (*counted > 1).then_some(*counted)
+    }
+
     /// The drive of a stimulus, as a URI.
     fn drives_of(&self, of: &Entities) -> Vec<String> {
         let label = of.acq.as_deref().unwrap_or_default();
@@ -116,6 +124,12 @@ impl BidsWriter<'_> {
             .into_iter()
             .collect()
     }
+}
+
+/// The run of the recording whose file is `name`: what is derived of it has the same.
+fn run_of(name: &str) -> Option<u32> {
+    let file = name.rsplit('/').next()?;
+    Parsed::of(file).ok()?.label("run")?.parse().ok()
 }
 
 /// The file `name` of the folder `beh`, from the root: its name says whose it is.

@@ -15,7 +15,7 @@ use super::super::name::Entities;
 use super::super::privacy::carried;
 use super::super::table::tsv_text;
 use super::super::{NOTHING, PROGRAM};
-use super::parts::sidecars;
+use super::parts::{is_code, kind_carried, sidecars};
 use super::{Began, BidsWriter};
 use piezotact_dataset::eeg::{ChannelRow, markers_of, write_brainvision};
 
@@ -96,7 +96,7 @@ impl BidsWriter<'_> {
                 .value
                 .take()
                 .and_then(|value| value_carried(value, bench));
-            event.kind = kind_carried(&event.kind, bench).unwrap_or_else(|| "event".to_owned());
+            event.kind = kind_carried(&event.kind, bench);
         }
         let header = of.file_in("eeg", "eeg", "vhdr");
         let path = self.folder.path(&header)?;
@@ -260,38 +260,6 @@ fn value_carried(value: EventValue, bench: Option<BenchKind>) -> Option<EventVal
         }
         number => Some(number),
     }
-}
-
-/// Kinds of markers that amplifiers write.
-const KINDS: [&str; 7] = [
-    "Stimulus",
-    "Response",
-    "Trigger",
-    "Event",
-    "Comment",
-    "Sync Status",
-    "Status",
-];
-
-/// The kind of an event as it may be carried: words of amplifiers and codes of any file, all of our own benches.
-fn kind_carried(kind: &str, bench: Option<BenchKind>) -> Option<String> {
-    let kind = carried(kind)?;
-    (bench.is_some() || KINDS.contains(&kind.as_str()) || is_code(&kind)).then_some(kind)
-}
-
-/// Whether `text` is the code of a marker: up to three letters and digits, such as `S  1`, or one word in small letters.
-fn is_code(text: &str) -> bool {
-    if text.len() <= 16
-        && text
-            .bytes()
-            .all(|byte| byte.is_ascii_lowercase() || byte == b'_')
-    {
-        return true;
-    }
-    let digits = text.trim_start_matches(|sign: char| sign.is_ascii_alphabetic());
-    let letters = text.len() - digits.len();
-    let digits = digits.trim_start();
-    letters <= 3 && digits.len() <= 5 && digits.bytes().all(|byte| byte.is_ascii_digit())
 }
 
 fn table(names: &[&str]) -> Table {

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use piezotact::page::{Cell, Table};
 use piezotact::quantity::Unit;
-use piezotact::recording::{Channel, Clock};
+use piezotact::recording::{BenchKind, Channel, Clock};
 use piezotact_people::campaign::dictionary::ColumnMeaning;
 use serde_json::Value;
 
@@ -125,24 +125,58 @@ pub(super) fn is_of_a_bench(touched: &Touched<'_>) -> bool {
     touched.recording.about.provenance.bench.is_some()
 }
 
-/// The events of a recording as they may be carried: texts without folders, dates and addresses, and no values that somebody typed.
+/// The events of a recording as they may be carried: texts without folders, dates and addresses, and no kinds and values that
+/// somebody typed.
 pub(super) fn events_carried(events: &Table, touched: &Touched<'_>) -> Table {
     let mut events = events.clone();
-    let is_typed: Vec<bool> = events
-        .columns
-        .iter()
-        .map(|column| column.name == "value" && !is_of_a_bench(touched))
-        .collect();
+    let bench = touched.recording.about.provenance.bench;
     for row in &mut events.rows {
-        for (cell, is_typed) in row.iter_mut().zip(&is_typed) {
+        for (cell, column) in row.iter_mut().zip(&events.columns) {
             let Cell::Text(text) = &*cell else { continue };
-            *cell = match carried(text) {
-                Some(text) if !is_typed || number_in(&text).is_some() => Cell::from(text),
-                _ => Cell::Missing(()),
+            let kept = match column.name.as_str() {
+                "trial_type" => Some(kind_carried(text, bench)),
+                "value" if bench.is_none() => {
+                    carried(text).filter(|text| number_in(text).is_some())
+                }
+                _ => carried(text),
             };
+            *cell = kept.map_or(Cell::Missing(()), Cell::from);
         }
     }
     events
+}
+
+/// Kinds of markers that amplifiers write.
+const KINDS: [&str; 7] = [
+    "Stimulus",
+    "Response",
+    "Trigger",
+    "Event",
+    "Comment",
+    "Sync Status",
+    "Status",
+];
+
+/// The kind of an event as it may be carried: words of amplifiers and codes of any file, all of our own benches; `event` for others.
+pub(super) fn kind_carried(kind: &str, bench: Option<BenchKind>) -> String {
+    let kept = carried(kind)
+        .filter(|kind| bench.is_some() || KINDS.contains(&kind.as_str()) || is_code(kind));
+    kept.unwrap_or_else(|| "event".to_owned())
+}
+
+/// Whether `text` is the code of a marker: up to three letters and digits, such as `S  1`, or one word in small letters.
+pub(super) fn is_code(text: &str) -> bool {
+    if text.len() <= 16
+        && text
+            .bytes()
+            .all(|byte| byte.is_ascii_lowercase() || byte == b'_')
+    {
+        return true;
+    }
+    let digits = text.trim_start_matches(|sign: char| sign.is_ascii_alphabetic());
+    let letters = text.len() - digits.len();
+    let digits = digits.trim_start();
+    letters <= 3 && digits.len() <= 5 && digits.bytes().all(|byte| byte.is_ascii_digit())
 }
 
 /// `value` with its texts as they may be carried.

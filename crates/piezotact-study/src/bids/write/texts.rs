@@ -48,6 +48,7 @@ fn kind_meaning(kind: &str) -> String {
     match kind {
         "stroke" => "the part of a stroke that is analysed, without landing and take-off".into(),
         "rejected" => "a contact or motion that is no stroke".into(),
+        "event" => "an event of the recording; a name that somebody typed is left out".into(),
         other => format!("event `{other}` of the recording"),
     }
 }
