@@ -12,7 +12,9 @@ use crate::error::ReadError;
 use crate::sidecar::{measure_or_unit, require_unit};
 
 /// Units that messages name.
-const KNOWN_UNITS: &str = "m/s2, mm/s2, g, mg, N, mN, V, mV, uV, Pa, m, mm, um, m/s, mm/s, rad/s, s, Nm, or 1 for full scale";
+const KNOWN_UNITS: &str = "m/s2, mm/s2, g, mg, N, mN, V, mV, uV, Pa, m, mm, um, m/s, mm/s, rad/s, s, Nm, counts, or 1 for full scale";
+/// The unit of samples as a converter gives them.
+const COUNTS: &str = "counts";
 /// How a recording calls the unit of a channel without one.
 const NO_UNIT: &str = "no unit";
 
@@ -70,7 +72,8 @@ fn in_si(name: &Path, channel: ArrayChannel) -> Result<Channel, ReadError> {
 fn known_unit(name: &Path, channel: &str, text: &str) -> Result<(Unit, f64), ReadError> {
     require_unit(name, channel, text)?;
     let (unit, factor) = measure_or_unit(text);
-    if matches!(unit, Unit::Other(_)) && !is_torque_unit(&unit) {
+    let is_kept = is_torque_unit(&unit) || text == COUNTS;
+    if matches!(unit, Unit::Other(_)) && !is_kept {
         return Err(ReadError::content(
             name,
             format!("for `{channel}` one of the units {KNOWN_UNITS}"),
@@ -164,7 +167,10 @@ mod tests {
         {
             let recording = of(&[("a", Some(text), &[1.0])]).unwrap().recording;
             let unit = &recording.channels()[0].unit;
-            assert!(!matches!(unit, Unit::Other(_)) || text == "Nm", "{text}");
+            assert!(
+                !matches!(unit, Unit::Other(_)) || ["Nm", COUNTS].contains(&text),
+                "{text}"
+            );
         }
     }
 
