@@ -178,12 +178,13 @@ pub(super) fn friction_on(
 /// pulls every exponent towards 0. It has none where some level is not above them. To each side it reaches at least what 0.5 dB from the lowest
 /// to the highest x would make.
 pub(super) fn level_on(x: &[f64], groups: &[&Summary]) -> Option<LogFit> {
+    let least = DRIFT_DB / (20.0 * ratio(x).log10());
     let fit = |level: fn(&Summary) -> f64| {
         let levels: Vec<f64> = groups.iter().map(|group| level(group)).collect();
-        log_fit(x, &levels)
+        log_fit(x, &levels).map(|fit| fit.reaching(least))
     };
     let with = fit(|group| group.rms.mean).filter(|_| spans(x))?;
-    let mut found = with.reaching(DRIFT_DB / (20.0 * ratio(x).log10()));
+    let mut found = with;
     for without in [Summary::rms_without_lines, Summary::rms_without_rest] {
         // Where a level is not above them, nothing is known of the exponent.
         let without = fit(without).filter(|fit| fit.points == with.points);
