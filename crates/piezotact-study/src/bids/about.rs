@@ -157,7 +157,7 @@ impl fmt::Display for NotCarried {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Dates => f.write_str(
-                "true dates: the first day of each participant is 1900-01-01; times of day (in UTC where they end in Z, otherwise on a clock of an unknown time zone) and times between sessions are kept",
+                "true dates: the first day of each participant is 1900-01-01; times of day and times between sessions are kept; a time that ends in Z is UTC, any other is local time",
             ),
             Self::TypedTexts => f.write_str(
                 "texts that somebody typed (notes, reasons of corrections, stops and void trials; labels of recordings; kinds and values of events in files of other programs that are no numbers, codes of markers or single words in small letters; words for sex, finger and language that are not common ones) and the tag of the experimenter",
