@@ -18,7 +18,7 @@ import scipy
 from mne.bem import fit_sphere_to_headshape
 from mne.channels.interpolation import _make_interpolation_matrix
 from mne.time_frequency import tfr_array_morlet
-from scipy.stats import nct
+from scipy.stats import nct, t as student
 from scipy.optimize import brentq
 
 mne.set_log_level("ERROR")
@@ -104,6 +104,18 @@ def contrast():
     return {"a": a.tolist(), "b": b.tolist(), "t": float(t), "d_z": float(t / np.sqrt(10)), "interval": ends}
 
 
+def interval():
+    """The jackknife of the logarithm of a ratio of mean powers, in %."""
+    window, baseline = (np.array(contrast()[key]) for key in "ab")
+    n = len(window)
+    change = lambda keep: 100 * (window[keep].mean() / baseline[keep].mean() - 1)
+    without = np.array([change(np.arange(n) != e) for e in range(n)])
+    y = np.log1p(without / 100)
+    reach = student.ppf(0.975, n - 1) * np.sqrt((n - 1) * y.var())
+    ends = 100 * np.expm1(np.log1p(change(np.arange(n) >= 0) / 100) + reach * np.array([-1, 1]))
+    return {"percent": float(change(np.arange(n) >= 0)), "without_each": without.tolist(), "ends": ends.tolist()}
+
+
 if sys.argv[1:] == ["positions"]:
     names = NAMES + OF_OTHER_CAPS
     for name, (x, y, z) in zip(names, positions(names)):
@@ -112,5 +124,5 @@ else:
     made_with = {"mne": mne.__version__, "scipy": scipy.__version__, "numpy": np.__version__}
     print(json.dumps({
         "made_with": made_with, "filters": filters(), "power": power(), "splines": splines(),
-        "regression": regression(), "contrast": contrast(),
+        "regression": regression(), "contrast": contrast(), "interval": interval(),
     }, indent=0))

@@ -5,7 +5,7 @@
 
 use piezotact::Warning;
 use piezotact::quantity::{Band, Hertz};
-use piezotact::statistics::{mean, median};
+use piezotact::statistics::{mean, median, t_quantile};
 use serde::{Deserialize, Serialize};
 use statrs::function::gamma::digamma;
 
@@ -77,6 +77,8 @@ pub struct ChannelErd {
     pub window_power: f64,
     /// The bias that a true change of 0 would have, estimated, percentage points.
     pub bias_points: f64,
+    /// The change of all epochs but one, of every epoch in order.
+    pub without_each: Vec<f64>,
 }
 
 /// The change of power of all channels, with all that it depends on.
@@ -159,12 +161,18 @@ fn power_first(
         let n = baselines.len() as f64;
         let squares: f64 = baselines.iter().map(|r| (r - baseline_power).powi(2)).sum();
         let variance = squares / (n - 1.0) / n;
+        let without = |mean: f64, one: f64| (n * mean - one) / (n - 1.0);
+        let pairs = baselines.iter().zip(trials.of(i, first + 1));
+        let without_each = pairs.map(|(r, a)| {
+            (config.mode).change(without(window_power, *a), without(baseline_power, *r))
+        });
         channels.push(ChannelErd {
             channel: channel.clone(),
             change: config.mode.change(window_power, baseline_power),
             baseline_power,
             window_power,
             bias_points: 100.0 * variance / (baseline_power * baseline_power),
+            without_each: without_each.collect(),
         });
     }
     Ok(Erd {
@@ -201,12 +209,15 @@ fn percent_of_each_epoch(
             .map(|(r, a)| config.mode.change(*a, *r))
             .collect();
         let inverse: Vec<f64> = baselines.iter().map(|r| 1.0 / r).collect();
+        let (n, change) = (changes.len() as f64, mean(&changes));
+        let without_each = changes.iter().map(|one| (n * change - one) / (n - 1.0));
         channels.push(ChannelErd {
             channel: channel.clone(),
-            change: mean(&changes),
+            change,
             baseline_power: mean(baselines),
             window_power: mean(windows),
             bias_points: 100.0 * (mean(baselines) * mean(&inverse) - 1.0),
+            without_each: without_each.collect(),
         });
     }
     if let Some((channel, bias_points)) = most_biased(&channels) {
@@ -375,6 +386,26 @@ pub(super) fn changes(
             .collect(),
         most_scattered,
     })
+}
+
+/// The 95 % confidence interval of a change over the epochs of one person, from the changes `without_each` of them, all as shares (−1 where no power is left); `None`
+/// for fewer than two epochs, and where no power is left.
+///
+/// Formula: y = ln(1 + c) of all epochs and y₋ₑ without epoch e; s² = (n − 1)/n·Σ(y₋ₑ − ȳ)²; y ± t₀.₉₇₅(n − 1)·s.
+///
+/// Source: the jackknife of J. W. Tukey (1958), Ann. Math. Stat. 29, as in B. Efron and R. J. Tibshirani (1993), *An Introduction to the
+/// Bootstrap*, chapter 11; of the logarithm, so that no end is below −1.
+#[must_use]
+pub fn interval_over_epochs(change_share: f64, without_each: &[f64]) -> Option<[f64; 2]> {
+    let n = without_each.len();
+    let t = t_quantile(n.checked_sub(1)?)?;
+    let logs: Vec<f64> = without_each.iter().map(|change| change.ln_1p()).collect();
+    let middle = mean(&logs);
+    let squares: f64 = logs.iter().map(|y| (y - middle).powi(2)).sum();
+    let reach = t * (squares * (n as f64 - 1.0) / n as f64).sqrt();
+    let y = change_share.ln_1p();
+    let ends = [y - reach, y + reach].map(f64::exp_m1);
+    ends.iter().all(|end| end.is_finite()).then_some(ends)
 }
 
 /// The level of a power, V², in dB re 1 µV².

@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use piezotact::quantity::{Band, Hertz, SampleRate};
 use piezotact_people::eeg::contrast;
 use piezotact_people::eeg::epochs::Epochs;
+use piezotact_people::eeg::erd::interval_over_epochs;
 use piezotact_people::eeg::filter::{Fir, Pass};
 use piezotact_people::eeg::reference::{Interpolation, Montage};
 use piezotact_people::eeg::regression::EogRegression;
@@ -213,4 +214,16 @@ fn contrasts_are_those_of_scipy() {
     expected.extend(list(&golden["interval"]));
     // The integral over the variance has 600 steps.
     assert_relative("contrast", &values, &expected, 1e-7);
+}
+
+/// Sums in another order.
+#[test]
+fn the_interval_of_a_change_is_that_of_numpy_and_scipy() {
+    let golden = &golden()["interval"];
+    let shares = |name: &str| -> Vec<f64> {
+        let percent = list(&golden[name]).into_iter();
+        percent.map(|percent| percent / 100.0).collect()
+    };
+    let found = interval_over_epochs(shares("percent")[0], &shares("without_each"));
+    assert_relative("interval", &found.unwrap(), &shares("ends"), 1e-9);
 }

@@ -53,6 +53,7 @@ fn document(participant: usize, task: &str, percent: f64) -> EegErd {
             band: "alpha".into(),
             place: place.into(),
             percent,
+            percent_interval: None,
             decibels: 10.0 * (1.0 + percent / 100.0).log10(),
             baseline_power_v2: BASELINE_V2,
             window_power_v2: BASELINE_V2 * (1.0 + percent / 100.0),

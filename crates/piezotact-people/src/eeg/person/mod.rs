@@ -8,12 +8,16 @@ mod trace;
 use piezotact::Warning;
 use piezotact::document::Content;
 use piezotact::quantity::{Band, SampleRate};
+use piezotact::statistics::mean;
 use piezotact::warning::Warnings;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use super::epochs::{CutConfig, Epochs};
-use super::erd::{BIAS_POINTS, Changes, Erd, ErdConfig, Mode, Order, changes, level_db};
+use super::erd::{
+    BIAS_POINTS, Changes, ChannelErd, Erd, ErdConfig, Mode, Order, changes, interval_over_epochs,
+    level_db,
+};
 use super::filter::Pass;
 use super::prepare::{EpochCounts, PrepareConfig, Prepared};
 use super::reference::Montage;
@@ -167,6 +171,10 @@ pub struct Change {
     pub place: String,
     /// The change, %; negative is a desynchronisation.
     pub percent: f64,
+    /// Its 95 % confidence interval over the epochs of this person, %; absent where percentages of single epochs are averaged, which is
+    /// biased.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub percent_interval: Option<[f64; 2]>,
     /// The same of averaged power, dB.
     pub decibels: f64,
     /// The mean power in the baseline, V²; of a region the geometric mean over its electrodes.
@@ -394,7 +402,7 @@ pub fn person(
             let regions = config.regions.iter();
             found
                 .regions
-                .extend(regions.map(|region| in_region(region, &changes)));
+                .extend(regions.map(|region| in_region(region, &changes, erd)));
             found.electrodes.extend(changes);
             found.warnings.extend(erd.warnings.iter().cloned());
         }
@@ -544,6 +552,7 @@ fn at_electrodes(erd: &Erd, surface: &str, band: &NamedBand) -> Vec<Change> {
         band: band.name.clone(),
         place: channel.channel.clone(),
         percent: channel.change,
+        percent_interval: over_epochs(erd, &[channel]),
         decibels: 10.0 * (channel.window_power / channel.baseline_power).log10(),
         baseline_power_v2: channel.baseline_power,
         window_power_v2: channel.window_power,
@@ -553,8 +562,24 @@ fn at_electrodes(erd: &Erd, surface: &str, band: &NamedBand) -> Vec<Change> {
     changes.collect()
 }
 
+/// The interval of the mean change of `channels` over epochs, %; `None` where percentages of single epochs are averaged.
+fn over_epochs(erd: &Erd, channels: &[&ChannelErd]) -> Option<[f64; 2]> {
+    if erd.order == Order::PercentOfEachEpoch {
+        return None;
+    }
+    let mean = |of: &dyn Fn(&ChannelErd) -> f64| {
+        let values: Vec<f64> = channels.iter().map(|channel| of(channel)).collect();
+        mean(&values)
+    };
+    let share = |of: &dyn Fn(&ChannelErd) -> f64| mean(of) / 100.0;
+    let without_each = (0..erd.epochs).map(|epoch| share(&|channel| channel.without_each[epoch]));
+    let without_each: Vec<f64> = without_each.collect();
+    let ends = interval_over_epochs(share(&|channel| channel.change), &without_each);
+    ends.map(|ends| ends.map(|end| 100.0 * end))
+}
+
 /// The mean of the changes of a region's electrodes, all of which are there.
-fn in_region(region: &Region, changes: &[Change]) -> Change {
+fn in_region(region: &Region, changes: &[Change], erd: &Erd) -> Change {
     let own: Vec<&Change> = changes
         .iter()
         .filter(|change| region.channels.contains(&change.place))
@@ -569,6 +594,12 @@ fn in_region(region: &Region, changes: &[Change]) -> Change {
         band: changes.first().map_or_else(String::new, |c| c.band.clone()),
         place: region.name.clone(),
         percent: mean(&|change| change.percent),
+        percent_interval: over_epochs(
+            erd,
+            &(erd.channels.iter())
+                .filter(|channel| region.channels.contains(&channel.channel))
+                .collect::<Vec<_>>(),
+        ),
         decibels: mean(&|change| change.decibels),
         // So that their ratio is the change in dB.
         baseline_power_v2: mean(&|change| change.baseline_power_v2.ln()).exp(),

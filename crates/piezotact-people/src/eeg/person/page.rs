@@ -116,8 +116,11 @@ impl EegErd {
             Order::PowerFirst => "power averaged first",
             Order::PercentOfEachEpoch => "percentage of each epoch: biased",
         };
+        let interval = change.percent_interval.map_or(String::new(), |[from, to]| {
+            format!("95 % over epochs: {} to {} %; ", plus(from, 1), plus(to, 1))
+        });
         format!(
-            "{}, {}, {}: {} % ({} dB, from {} to {} µV²) re {} ({order}), {}",
+            "{}, {}, {}: {} % ({interval}{} dB, from {} to {} µV²) re {} ({order}), {}",
             change.surface,
             change.place,
             self.band(&change.band),
@@ -178,6 +181,8 @@ impl EegErd {
             Column::new("band", "band"),
             Column::new("place", "place"),
             Column::new("ERD (−) or ERS (+), %", "percent"),
+            Column::new("95 % from", "percent_from"),
+            Column::new("to, %", "percent_to"),
             Column::new("dB", "decibels"),
             Column::new("power in the baseline, µV²", "baseline_power_uv2"),
             Column::new("in the window, µV²", "window_power_uv2"),
@@ -203,6 +208,8 @@ impl EegErd {
                     Cell::from(change.band.as_str()),
                     Cell::from(change.place.as_str()),
                     Cell::from(change.percent),
+                    Cell::from(change.percent_interval.map(|[from, _]| from)),
+                    Cell::from(change.percent_interval.map(|[_, to]| to)),
                     Cell::from(change.decibels),
                     Cell::from(1e12 * change.baseline_power_v2),
                     Cell::from(1e12 * change.window_power_v2),
