@@ -46,7 +46,7 @@ fn recordings_without_a_campaign_are_a_data_set_without_sessions() {
         &[
             "2 participants in 3 recordings",
             "true dates",
-            "look whether Anna tell who somebody is",
+            "look whether one tells who somebody is: Anna (participant)",
         ],
     );
     assert!(!done.out().contains("session of"), "{}", done.out());
@@ -301,4 +301,59 @@ fn words_of_a_file_are_not_carried_by_its_warnings() {
     let sidecar = file(&root, &["acq-S4_run-1", "physio.json"]);
     let sidecar = std::fs::read_to_string(sidecar).unwrap();
     assert!(sidecar.contains("acc nail"), "{sidecar}");
+}
+
+/// Names that a laboratory gave its files, channels, device and events: of transfer functions they are left out, of recordings they are said.
+#[test]
+fn names_of_a_laboratory_are_left_out_or_said() {
+    let folder = Folder::new();
+    let made = table(&recorded(&mut Random::new(3), &[Kind::Plain]));
+    folder.write("P01_S4.csv", made.replacen("nail", "nail_martin", 1));
+    let events = ["dupont", "BAD_blink", "Mme Dupont"].map(|kind| {
+        format!(r#"{{"onset_s": 0.5, "duration_s": 0, "kind": "{kind}", "value": "M8/S  2"}}"#)
+    });
+    folder.write(
+        "P01_S4.csv.json",
+        format!(r#"{{"events": [{}]}}"#, events.join(", ")),
+    );
+    let mut random = Random::new(4);
+    let mut bench = "time (s),drive_Marie (FS),nail_Dupont (m/s2)\n".to_owned();
+    let mut before = 0.0;
+    for i in 0..20_000 {
+        let drive = 0.2 * random.normal();
+        let nail = 3.0 * drive + 2.0 * before + 0.01 * random.normal();
+        before = drive;
+        let time_s = f64::from(i) / 4000.0;
+        bench.push_str(&format!("{time_s:.5},{drive:.6},{nail:.6}\n"));
+    }
+    folder.write("dupont_bench.csv", bench);
+    run(
+        &folder,
+        "transfer dupont_bench.csv --drive drive_Marie --response nail_Dupont --out tf.json",
+    )
+    .expect_success();
+    let done = run(
+        &folder,
+        "bids export --recordings P01_S4.csv --meta {participant}_{sample} --transfer tf.json --participant P01 --out bids",
+    );
+    done.expect_success();
+    let said = "so look whether one tells who somebody is";
+    holds(
+        &done.out(),
+        &[said, "dupont (event)", "nail_martin (channel)"],
+    );
+    let root = folder.path("bids");
+    for path in files(&root) {
+        if let Ok(text) = std::fs::read_to_string(root.join(&path)) {
+            for name in ["Marie", "Dupont", "dupont_bench"] {
+                assert!(!text.contains(name), "{}: {text}", path.display());
+            }
+        }
+    }
+    let events = file(&root, &["acq-S4_run-1", "events.tsv"]);
+    let events = std::fs::read_to_string(events).unwrap();
+    for kind in ["\tdupont\t", "\tBAD_blink\t", "\tevent\t"] {
+        assert!(events.contains(kind), "{events}");
+    }
+    assert_eq!(events.matches("\tM8/S  2").count(), 3, "{events}");
 }

@@ -400,6 +400,13 @@ impl Recording {
         Ok(())
     }
 
+    /// States the unit of each channel as `unit` of it; the samples stay.
+    pub fn restate_units(&mut self, unit: impl Fn(&Unit) -> Unit) {
+        for channel in &mut self.channels {
+            channel.unit = unit(&channel.unit);
+        }
+    }
+
     /// The channels.
     #[must_use]
     pub fn channels(&self) -> &[Channel] {

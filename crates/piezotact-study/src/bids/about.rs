@@ -144,10 +144,10 @@ pub enum NotCarried {
         /// How many recordings.
         recordings: usize,
     },
-    /// Pseudonyms without a digit, which stand in the names of files: they may be names.
+    /// Pseudonyms that are no codes, which stand in the names of files: they may be names, dates or numbers of telephones.
     Wordlike {
-        /// Which.
-        pseudonyms: Vec<String>,
+        /// Which, and names of channels and events that other programs wrote.
+        words: Vec<String>,
     },
     /// How drives were rendered, the device, and cuts by hand as a file.
     Rendering,
@@ -160,7 +160,7 @@ impl fmt::Display for NotCarried {
                 "true dates: the first day of each participant is 1900-01-01; times of day and times between sessions are kept; a time that ends in Z is UTC, any other is local time",
             ),
             Self::TypedTexts => f.write_str(
-                "texts that somebody typed (notes, reasons of corrections, stops and void trials; labels of recordings; kinds and values of events in files of other programs that are no numbers, codes of markers or single words in small letters; words for sex, finger and language that are not common ones) and the tag of the experimenter",
+                "texts that somebody typed (notes, reasons of corrections, stops and void trials; labels of recordings; words for sex, finger and language that are not common ones), events of other programs by their names (numbers, codes of markers, words of amplifiers and kinds that are single words in small letters stay; other kinds are called `event`), units that are none, and the tag of the experimenter",
             ),
             Self::Identities => f.write_str("consents and identities"),
             Self::Steps => f.write_str(
@@ -206,21 +206,21 @@ impl fmt::Display for NotCarried {
             ),
             Self::Uncut { recordings } => write!(
                 f,
-                "strokes of {}, which could not be cut",
+                "strokes of {}, in which none could be cut (`piezotact strokes` says why)",
                 counted(*recordings, "recording")
             ),
             Self::Rendering => f.write_str(
-                "how drives were rendered and with which device, outside the recordings in sourcedata; cuts by hand as a file (their strokes are events); names and notes of files of other programs",
+                "how drives were rendered and with which device (recordings in sourcedata say it); cuts by hand as a file (their strokes are events); names of files of other programs, and notes in them",
             ),
             Self::EegOriginals { recordings } => write!(
                 f,
                 "the original files of {} and samples in more than 32 bits",
                 counted(*recordings, "EEG recording")
             ),
-            Self::Wordlike { pseudonyms } => write!(
+            Self::Wordlike { words } => write!(
                 f,
-                "any other name than the pseudonyms; look whether {} tell who somebody is: they stand in the names of files",
-                pseudonyms.join(", ")
+                "names of people, as far as this program knows them; these words are carried as they are, so look whether one tells who somebody is: {}",
+                words.join(", ")
             ),
             Self::Cues => f.write_str("the cues that virtual volunteers judged by"),
         }

@@ -131,14 +131,30 @@ pub(super) struct SignalSidecar {
     pub(super) others: BTreeMap<String, serde_json::Value>,
 }
 
-/// The symbol of a unit as BIDS has units; `arbitrary` for none, and for a text with a date, an address or a number of a telephone.
+/// Longer words of units than three letters.
+const WORDS_OF_UNITS: [&str; 12] = [
+    "count", "counts", "volt", "volts", "newton", "metre", "meter", "kelvin", "degree", "percent",
+    "pixel", "pixels",
+];
+
+/// Whether a text may be a unit: its words are symbols of up to three letters, or words for units.
+fn is_unit(text: &str) -> bool {
+    let words = text.split(|sign: char| !sign.is_alphabetic());
+    let mut words = words.filter(|word| word.chars().count() > 3);
+    words.all(|word| WORDS_OF_UNITS.contains(&word.to_lowercase().as_str()))
+}
+
+/// The symbol of a unit as BIDS has units; `arbitrary` for none, and for a text that is no unit, or holds a date, an address or a number of
+/// a telephone.
 #[must_use]
 pub fn unit_text(unit: &Unit) -> String {
     match unit {
         Unit::MetrePerSecondSquared => "m/s^2".into(),
         // A share of full scale is a number without a unit.
         Unit::FullScale => "1".into(),
-        Unit::Other(text) if text.is_empty() || personal(text).is_some() => "arbitrary".into(),
+        Unit::Other(text) if text.is_empty() || personal(text).is_some() || !is_unit(text) => {
+            "arbitrary".into()
+        }
         other => other.symbol().to_owned(),
     }
 }
@@ -172,10 +188,16 @@ mod tests {
     #[test]
     fn unit_that_may_tell_who_somebody_is_is_not_carried() {
         let text = |unit: &str| unit_text(&Unit::parse(unit).0);
-        for unit in ["counts", "V/m/s", "N·mm", "°C"] {
+        for unit in ["counts", "V/m/s", "N·mm", "°C", "Pa"] {
             assert_eq!(text(unit), unit);
         }
-        for unit in ["Dupont 12.03.1988", "jane@lab.org", ""] {
+        for unit in [
+            "Dupont 12.03.1988",
+            "jane@lab.org",
+            "",
+            "m/s2 Dupont",
+            "uS Dupont",
+        ] {
             assert_eq!(text(unit), "arbitrary", "{unit}");
         }
     }

@@ -1,7 +1,7 @@
 //! What of people may stand in a data set that others open: shifted dates, ages that are not rare, and no words that somebody typed.
 
 use piezotact::quantity::Seconds;
-use piezotact::recording::{Recording, StartTime};
+use piezotact::recording::{BenchKind, StartTime};
 use piezotact::warning::Warning;
 use serde_json::{Map, Value};
 
@@ -210,16 +210,123 @@ pub(super) fn carried(text: &str) -> Option<String> {
     personal(text).is_none().then(|| without_folders(text))
 }
 
+/// Words in names of channels and events that tell nobody.
+const COMMON: [&str; 80] = [
+    "acceleration",
+    "accelerometer",
+    "accel",
+    "active",
+    "baseline",
+    "begin",
+    "blink",
+    "boundary",
+    "button",
+    "cell",
+    "channel",
+    "comment",
+    "contact",
+    "control",
+    "count",
+    "counts",
+    "current",
+    "degrees",
+    "displacement",
+    "drive",
+    "edge",
+    "electrode",
+    "event",
+    "exhale",
+    "finger",
+    "fingernail",
+    "fixation",
+    "force",
+    "heog",
+    "heogl",
+    "heogr",
+    "horizontal",
+    "imagery",
+    "impedance",
+    "index",
+    "inhale",
+    "interval",
+    "left",
+    "lift",
+    "load",
+    "marker",
+    "mastoid",
+    "microphone",
+    "motion",
+    "nail",
+    "natural",
+    "normal",
+    "onset",
+    "output",
+    "passive",
+    "pause",
+    "physio",
+    "position",
+    "press",
+    "pressure",
+    "pulse",
+    "record",
+    "rejected",
+    "rest",
+    "response",
+    "right",
+    "sensor",
+    "signal",
+    "slide",
+    "sound",
+    "speed",
+    "start",
+    "status",
+    "stim",
+    "stimulus",
+    "stop",
+    "stroke",
+    "sync",
+    "tangential",
+    "task",
+    "temperature",
+    "touch",
+    "trial",
+    "trig",
+    "trigger",
+];
+/// Further ones.
+const COMMON_TOO: [&str; 10] = [
+    "velocity",
+    "veog",
+    "veogl",
+    "veogu",
+    "vertical",
+    "vibration",
+    "voltage",
+    "volume",
+    "wrist",
+    "skin",
+];
+
+/// Whether `text` holds a word of more than three letters that may be somebody's name.
+pub(super) fn has_unknown_word(text: &str) -> bool {
+    let words = text.split(|sign: char| !sign.is_alphabetic());
+    let mut words = words.filter(|word| word.chars().count() > 3);
+    words.any(|word| {
+        let word = word.to_lowercase();
+        !COMMON.contains(&word.as_str()) && !COMMON_TOO.contains(&word.as_str())
+    })
+}
+
 /// Fields of warnings whose words are the program's own.
 const OWN_WORDS: [&str; 7] = ["at", "by", "fault", "how", "of", "role", "why"];
 /// A larger number may be a date or a number of a telephone.
 const LARGEST: f64 = 1e8;
 
-/// The warnings of `recording` as they may be carried: of a recording of another program without words, which may hold the names of
+/// The warnings about what was measured on `bench` as they may be carried: of another program's without words, which may hold the names of
 /// its channels, events and files.
 #[must_use]
-pub fn warnings_carried(recording: &Recording, warnings: Vec<Warning>) -> Vec<Warning> {
-    if recording.about.provenance.bench.is_some() {
+pub fn warnings_carried(bench: Option<BenchKind>, warnings: Vec<Warning>) -> Vec<Warning> {
+    if bench.is_some() {
         return warnings;
     }
     warnings.into_iter().map(without_words).collect()

@@ -25,7 +25,9 @@ use super::folder::NewFolder;
 use super::json::{DatasetLinks, Description, GeneratedBy, SourceDataset};
 use super::label::Labels;
 use super::name::{Entities, TRIALS};
-use super::privacy::{Calendar, age_of, handedness_of, is_finger, is_language, sex_of};
+use super::privacy::{
+    Calendar, age_of, handedness_of, has_unknown_word, is_finger, is_language, sex_of,
+};
 use super::table::tsv_text;
 use super::{BIDS_VERSION, CHECKSUMS, DESCRIPTION, HED_VERSION, PROGRAM, PROTOCOL};
 use parts::{require_no_notes, sidecars};
@@ -88,6 +90,8 @@ pub struct BidsWriter<'a> {
     brains: usize,
     answers: usize,
     dated: usize,
+    /// Words of other programs that are carried and that this program does not know.
+    words: BTreeSet<String>,
 }
 
 /// A data file, re the folder of its session, or of its participant where there are no sessions, with its time.
@@ -150,6 +154,7 @@ impl<'a> BidsWriter<'a> {
             brains: 0,
             answers: 0,
             dated: 0,
+            words: BTreeSet::new(),
         })
     }
 
@@ -268,6 +273,19 @@ impl<'a> BidsWriter<'a> {
     #[must_use]
     pub fn dated(&self) -> usize {
         self.dated
+    }
+
+    /// The names of channels and events in files of other programs that are carried and may be those of people.
+    #[must_use]
+    pub fn words(&self) -> &BTreeSet<String> {
+        &self.words
+    }
+
+    /// Notes those of `texts` that hold words this program does not know; `of` says what they name.
+    fn note_words<'t>(&mut self, of: &str, texts: impl IntoIterator<Item = &'t str>) {
+        let unknown = texts.into_iter().filter(|text| has_unknown_word(text));
+        self.words
+            .extend(unknown.map(|text| format!("{text} ({of})")));
     }
 
     /// Completes the data set and puts it in its place; `warnings` are what a person should know of the recordings before relying on them,

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use anyhow::anyhow;
+use piezotact::device::DeviceDescription;
 use piezotact::page::{Cell, Column, Table};
 use piezotact::quantity::{Acceleration, Drive};
 use piezotact::study::{AnalysedRecording, strokes_table};
@@ -113,7 +114,7 @@ pub(super) fn of_strokes(take: &AnalysedRecording, of: &Touched<'_>, written: &s
             "Features of each stroke, in SI units, without a high-pass. Rms and peak are about the mean of the stroke, the normal force is above its zero.",
         ],
     };
-    let warnings = warnings_carried(of.recording, take.warnings());
+    let warnings = warnings_carried(of.recording.about.provenance.bench, take.warnings());
     let settings = json!({ "settings": analysis.config, "warnings": warnings });
     let owned = |desc, suffix, table, columns, description| Owned {
         of: Some((of.participant.to_owned(), of.session.map(str::to_owned))),
@@ -212,6 +213,18 @@ pub(super) fn of_drives(
     Ok(all)
 }
 
+/// Removes the names that somebody gave a device and its gains.
+fn without_names(value: &mut serde_json::Value) {
+    if let Some(fields) = value.as_object_mut() {
+        let is_name = |key: &str| ["name", "gain", "usual_gain"].contains(&key);
+        fields.retain(|key, value| !(is_name(key) && value.is_string()));
+        fields.values_mut().for_each(without_names);
+    }
+    if let Some(each) = value.as_array_mut() {
+        each.iter_mut().for_each(without_names);
+    }
+}
+
 /// The transfer function in `path`, of `otherwise` where it names nobody; `people` are those of the data set, each with the session
 /// where there are sessions.
 pub(super) fn of_transfer(
@@ -219,7 +232,7 @@ pub(super) fn of_transfer(
     otherwise: Option<&str>,
     people: &BTreeMap<String, Option<String>>,
 ) -> Outcome<Owned> {
-    let function = read_transfer(path)?.function::<Drive, Acceleration>(path)?;
+    let mut function = read_transfer(path)?.function::<Drive, Acceleration>(path)?;
     let named = function.about.condition.participant.as_deref();
     let participant = named.or(otherwise).unwrap_or_default().to_owned();
     let Some(session) = people.get(&participant).cloned() else {
@@ -234,6 +247,14 @@ pub(super) fn of_transfer(
             }
         )));
     };
+    let about = &mut function.about;
+    let bench = about.provenance.bench;
+    about.warnings = warnings_carried(bench, std::mem::take(&mut about.warnings));
+    if bench.is_none() {
+        // Files and channels of another program.
+        about.provenance.source.clear();
+        about.provenance.steps.clear();
+    }
     let document = TransferDocument::of(
         &function,
         piezotact::quantity::Unit::FullScale,
@@ -251,6 +272,12 @@ pub(super) fn of_transfer(
             "confidence",
         ] {
             provenance.remove(column);
+        }
+        let device = function.drive.as_ref().map(|drive| drive.device().name());
+        let is_own =
+            device.is_some_and(|name| DeviceDescription::built_in(&name.to_lowercase()).is_none());
+        if let (true, Some(drive)) = (is_own, provenance.get_mut("drive")) {
+            without_names(drive);
         }
     }
     Ok(Owned {

@@ -362,9 +362,7 @@ impl Export<'_> {
             let sample =
                 sample.ok_or_else(|| recordings::none_named(path, "sample", "or in a sidecar"))?;
             let (session, task) = self.place_of(path, (&strokes.participant, &sample))?;
-            if strokes.events.is_none() {
-                self.uncut += 1;
-            }
+            self.uncut += usize::from(strokes.take.is_none());
             self.said.add_of(&strokes);
             let at = (Some(session.as_str()), task.as_str());
             let written = strokes.write(&mut self.writer, path, at)?;
@@ -543,7 +541,7 @@ impl Export<'_> {
         }
         let dated = self.writer.dated();
         let pseudonyms = self.sessions.iter().map(|one| one.participant.as_str());
-        let wordlike = wordlike(pseudonyms);
+        let wordlike = wordlike(pseudonyms, self.writer.words());
         let counts = [
             (void > 0).then_some(NotCarried::VoidAttempts { attempts: void }),
             (!old.is_empty()).then_some(NotCarried::Ages { people: old.len() }),
@@ -578,15 +576,25 @@ impl Export<'_> {
     }
 }
 
-/// The pseudonyms that may be names.
-pub(super) fn wordlike<'p>(pseudonyms: impl Iterator<Item = &'p str>) -> Option<NotCarried> {
+/// The pseudonyms that are no code of up to three letters and four digits, which may be names, dates or numbers of telephones, and `words` of
+/// other programs.
+pub(super) fn wordlike<'p>(
+    pseudonyms: impl Iterator<Item = &'p str>,
+    words: &BTreeSet<String>,
+) -> Option<NotCarried> {
+    let is_code = |name: &str| {
+        let number = name.trim_start_matches(|sign: char| sign.is_ascii_alphabetic());
+        let letters = name.len() - number.len();
+        letters <= 3
+            && (1..=4).contains(&number.len())
+            && number.chars().all(|sign| sign.is_ascii_digit())
+    };
     let found: BTreeSet<String> = pseudonyms
-        .filter(|name| !name.contains(|sign: char| sign.is_ascii_digit()))
-        .map(str::to_owned)
+        .filter(|name| !is_code(name))
+        .map(|name| format!("{name} (participant)"))
         .collect();
-    (!found.is_empty()).then(|| NotCarried::Wordlike {
-        pseudonyms: found.into_iter().collect(),
-    })
+    let words: Vec<String> = found.into_iter().chain(words.iter().cloned()).collect();
+    (!words.is_empty()).then_some(NotCarried::Wordlike { words })
 }
 
 /// What is known of a session.

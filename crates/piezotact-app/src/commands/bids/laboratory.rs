@@ -77,7 +77,7 @@ impl Laboratory<'_> {
             let (meta, otherwise) = (args.meta.as_ref(), args.participant.as_deref());
             let strokes = recordings::strokes(path, meta, otherwise, &args.reading)?;
             self.note_person(&strokes);
-            self.uncut += usize::from(strokes.events.is_none());
+            self.uncut += usize::from(strokes.take.is_none());
             self.said.add_of(&strokes);
             strokes.write(&mut self.writer, path, (None, &args.task))?;
             writing.one_more();
@@ -128,7 +128,7 @@ impl Laboratory<'_> {
             (self.uncut > 0).then_some(NotCarried::Uncut {
                 recordings: self.uncut,
             }),
-            wordlike(self.people.keys().map(String::as_str)),
+            wordlike(self.people.keys().map(String::as_str), self.writer.words()),
         ];
         found.into_iter().flatten().collect()
     }

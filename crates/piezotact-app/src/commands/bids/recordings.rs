@@ -200,11 +200,12 @@ impl Said {
 
     /// Adds what is known of a recording of strokes.
     pub(super) fn add_of(&mut self, strokes: &Strokes) {
-        let recording = &strokes.recording;
-        let mut warnings = recording.about.warnings.clone();
+        let about = &strokes.recording.about;
+        let bench = about.provenance.bench;
+        let mut warnings = about.warnings.clone();
         warnings.extend(strokes.take.iter().flat_map(AnalysedRecording::warnings));
         self.own.extend_from_slice(&warnings);
-        self.carried.extend(warnings_carried(recording, warnings));
+        self.carried.extend(warnings_carried(bench, warnings));
     }
 
     /// The sentences of the data set.

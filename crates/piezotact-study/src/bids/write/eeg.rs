@@ -15,7 +15,7 @@ use super::super::name::Entities;
 use super::super::privacy::carried;
 use super::super::table::tsv_text;
 use super::super::{NOTHING, PROGRAM};
-use super::parts::{is_code, kind_carried, sidecars};
+use super::parts::{is_marker, is_no_date, kind_carried, sidecars, unit_carried};
 use super::{Began, BidsWriter};
 use piezotact_dataset::eeg::{ChannelRow, markers_of, write_brainvision};
 
@@ -97,6 +97,17 @@ impl BidsWriter<'_> {
                 .take()
                 .and_then(|value| value_carried(value, bench));
             event.kind = kind_carried(&event.kind, bench);
+        }
+        recording.restate_units(unit_carried);
+        if bench.is_none() {
+            let channels = recording.channels().iter();
+            self.note_words("channel", channels.map(|channel| channel.name.as_str()));
+            let events = recording.annotations.events.iter();
+            let texts = events.flat_map(|event| match &event.value {
+                Some(EventValue::Text(text)) => vec![event.kind.as_str(), text.as_str()],
+                _ => vec![event.kind.as_str()],
+            });
+            self.note_words("event", texts);
         }
         let header = of.file_in("eeg", "eeg", "vhdr");
         let path = self.folder.path(&header)?;
@@ -256,9 +267,11 @@ fn value_carried(value: EventValue, bench: Option<BenchKind>) -> Option<EventVal
     match value {
         EventValue::Text(text) => {
             let text = carried(&text)?;
-            (bench.is_some() || is_code(&text)).then_some(EventValue::Text(text))
+            (bench.is_some() || is_marker(&text)).then_some(EventValue::Text(text))
         }
-        number => Some(number),
+        EventValue::Number(number) => {
+            (bench.is_some() || is_no_date(number)).then_some(EventValue::Number(number))
+        }
     }
 }
 

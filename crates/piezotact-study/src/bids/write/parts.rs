@@ -10,7 +10,7 @@ use piezotact_people::campaign::dictionary::ColumnMeaning;
 use serde_json::Value;
 
 use super::super::error::BidsError;
-use super::super::json::{ColumnSidecar, Columns};
+use super::super::json::{ColumnSidecar, Columns, unit_text};
 use super::super::name::RECORDING_FIV;
 use super::super::physio::number_in;
 use super::super::privacy::carried;
@@ -135,9 +135,11 @@ pub(super) fn events_carried(events: &Table, touched: &Touched<'_>) -> Table {
             let Cell::Text(text) = &*cell else { continue };
             let kept = match column.name.as_str() {
                 "trial_type" => Some(kind_carried(text, bench)),
-                "value" if bench.is_none() => {
-                    carried(text).filter(|text| number_in(text).is_some())
-                }
+                "value" if bench.is_none() => carried(text).filter(|text| match number_in(text) {
+                    Some(number) => is_no_date(number) && !text.starts_with("00"),
+                    // A word is an answer that somebody typed.
+                    None => text.split(['/', ',']).all(|part| is_code(part.trim())),
+                }),
                 _ => carried(text),
             };
             *cell = kept.map_or(Cell::Missing(()), Cell::from);
@@ -146,37 +148,74 @@ pub(super) fn events_carried(events: &Table, touched: &Touched<'_>) -> Table {
     events
 }
 
-/// Kinds of markers that amplifiers write.
-const KINDS: [&str; 7] = [
+/// Kinds of markers that amplifiers and other programs write.
+const KINDS: [&str; 15] = [
     "Stimulus",
     "Response",
     "Trigger",
     "Event",
     "Comment",
     "Sync Status",
+    "SyncStatus",
+    "Sync On",
     "Status",
+    "Bad",
+    "Bad Interval",
+    "Time 0",
+    "BAD boundary",
+    "EDGE boundary",
+    "BAD_ACQ_SKIP",
 ];
+/// A stretch that MNE leaves out has a name that begins so, in capital or small letters.
+const BAD: &str = "BAD";
 
-/// The kind of an event as it may be carried: words of amplifiers and codes of any file, all of our own benches; `event` for others.
+/// The kind of an event as it may be carried: words of amplifiers and codes of any file, all of our own benches. Of others a stretch of bad
+/// data stays one, and the rest is `event`.
 pub(super) fn kind_carried(kind: &str, bench: Option<BenchKind>) -> String {
-    let kept = carried(kind)
-        .filter(|kind| bench.is_some() || KINDS.contains(&kind.as_str()) || is_code(kind));
-    kept.unwrap_or_else(|| "event".to_owned())
+    let kept = carried(kind).filter(|kind| bench.is_some() || is_marker(kind));
+    let is_bad = || {
+        let begins = kind.get(..BAD.len());
+        begins.is_some_and(|begins| begins.eq_ignore_ascii_case(BAD))
+    };
+    let other = || if is_bad() { BAD } else { "event" };
+    kept.unwrap_or_else(|| other().to_owned())
 }
 
-/// Whether `text` is the code of a marker: up to three letters and digits, such as `S  1`, or one word in small letters.
-pub(super) fn is_code(text: &str) -> bool {
-    if text.len() <= 16
-        && text
-            .bytes()
-            .all(|byte| byte.is_ascii_lowercase() || byte == b'_')
-    {
-        return true;
-    }
+/// Whether `text` is a marker: words of amplifiers and codes, joined by `/` or `,`, as in `control/M3`.
+pub(super) fn is_marker(text: &str) -> bool {
+    let mut parts = text.split(['/', ',']);
+    parts.all(|part| {
+        let part = part.trim();
+        let is_bad = part.strip_prefix("BAD_").is_some_and(is_word);
+        KINDS.contains(&part) || is_word(part) || is_bad || is_code(part)
+    })
+}
+
+/// One word in small letters.
+fn is_word(text: &str) -> bool {
+    let is_small = |byte: u8| byte.is_ascii_lowercase() || byte == b'_';
+    text.len() <= 16 && text.bytes().all(is_small)
+}
+
+/// Up to three letters and five digits, such as `S  1`.
+fn is_code(text: &str) -> bool {
     let digits = text.trim_start_matches(|sign: char| sign.is_ascii_alphabetic());
     let letters = text.len() - digits.len();
     let digits = digits.trim_start();
     letters <= 3 && digits.len() <= 5 && digits.bytes().all(|byte| byte.is_ascii_digit())
+}
+
+/// Whether a number may be carried: a whole one with more digits than a code of a marker may be a date or a number of a telephone.
+pub(super) fn is_no_date(number: f64) -> bool {
+    number.fract() != 0.0 || number.abs() < 1e6
+}
+
+/// The unit as it may be carried.
+pub(super) fn unit_carried(unit: &Unit) -> Unit {
+    match unit {
+        Unit::Other(_) => Unit::Other(unit_text(unit)),
+        known => known.clone(),
+    }
 }
 
 /// `value` with its texts as they may be carried.
@@ -217,4 +256,45 @@ pub(super) fn require_no_notes(file: &Path) -> Result<(), BidsError> {
         at += 8 + length + length % 2;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Conditions of a study, codes of amplifiers and stretches of bad data stay; what somebody typed does not, and a bad stretch stays bad.
+    #[test]
+    fn markers_stay_and_names_of_people_do_not() {
+        for kind in [
+            "control/M3",
+            "Stimulus/S  2",
+            "M8/rough",
+            "control/BIO",
+            "Bad Interval,Bad",
+            "BAD boundary",
+            "BAD_blink",
+            "R128",
+            "stroke",
+        ] {
+            assert_eq!(kind_carried(kind, None), kind);
+        }
+        for (kind, kept) in [
+            ("Dupont", "event"),
+            ("control/Dupont", "event"),
+            ("Mme Dupont touches", "event"),
+            ("BAD Dupont moved", "BAD"),
+            ("bad_Dupont", "BAD"),
+            ("20240301", "event"),
+            ("0612345678", "event"),
+        ] {
+            assert_eq!(kind_carried(kind, None), kept);
+        }
+        assert_eq!(
+            kind_carried("Mme Dupont", Some(BenchKind::Twin)),
+            "Mme Dupont"
+        );
+        let numbers = [2.0, 65_535.0, 1_234_567.25].map(is_no_date);
+        assert_eq!(numbers, [true; 3]);
+        assert_eq!([19_610_514.0, 612_345_678.0].map(is_no_date), [false; 2]);
+    }
 }

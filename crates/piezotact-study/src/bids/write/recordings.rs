@@ -1,6 +1,6 @@
 //! Recordings of touch: signals with their sidecars, events and originals.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use piezotact::page::{Cell, Table};
@@ -74,6 +74,10 @@ impl BidsWriter<'_> {
             of.recording = Some(label.to_owned() + &suffix_number(&clock.1));
             let channels = touched.recording.channels();
             let of_group: Vec<&Channel> = numbers.iter().map(|at| &channels[*at]).collect();
+            if !is_of_a_bench(touched) {
+                let names = names_carried(&of_group);
+                self.note_words("channel", names.iter().map(String::as_str));
+            }
             let suffix = if label == DRIVE { STIM } else { "physio" };
             let data = of.file(suffix, "tsv.gz");
             self.folder.put(&data, |out| {
@@ -95,6 +99,10 @@ impl BidsWriter<'_> {
                 Cell::Text(kind) => Some(kind.clone()),
                 _ => None,
             });
+            let kinds: BTreeSet<String> = kinds.collect();
+            if !is_of_a_bench(touched) {
+                self.note_words("event", kinds.iter().map(String::as_str));
+            }
             let known = self.kinds.entry(touched.task.to_owned()).or_default();
             known.extend(kinds);
             self.with_events.insert(touched.task.to_owned());
@@ -206,7 +214,7 @@ impl BidsWriter<'_> {
             channels: numbers.to_vec(),
             condition: about.condition.clone(),
             provenance,
-            warnings: warnings_carried(touched.recording, about.warnings.clone()),
+            warnings: warnings_carried(about.provenance.bench, about.warnings.clone()),
             labels,
             source_file: source.as_ref().map(|name| format!("bids::{name}")),
             others,
