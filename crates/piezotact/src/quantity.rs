@@ -538,7 +538,7 @@ pub enum QuantityError {
     Band { found: String },
     /// A value with its unit that could not be read.
     #[error(
-        "expected a value above zero with a unit (m/s2, g, N, V, FS …), found `{found}`; write for example \"200 m/s2\""
+        "expected a value above zero with a unit (m/s2, g, N, V, FS …), found `{found}`; write for example \"200 m/s2\" or \"0.5 mm\""
     )]
     Measure { found: String },
 }

@@ -201,6 +201,9 @@ impl CommonLine {
             LineOrigin::Machine => {
                 format!("{where_found}{speeds}: due to the machine, not to a texture or the finger")
             }
+            LineOrigin::Resonance => format!(
+                "{where_found}{speeds}: a resonance of the machine, of the mount of the sensor, or of the finger; no period of a texture"
+            ),
             LineOrigin::NotDecided => format!(
                 "{where_found}: due to the machine, to the finger, or to a period that all samples have; record at another speed to decide: \
              what is due to the machine does not move with the speed"

@@ -238,6 +238,13 @@ impl Pair {
         if spectra == Distinguishability::BelowJnd {
             return self.time_open_because().into();
         }
+        if is(PairCriterion::OverTime, Outcome::NotMet)
+            && is(PairCriterion::ChanceOverTime, Outcome::Met)
+        {
+            return "over time it is noticed, but what may not be of the texture (lines of the machine or the mains, sensors at rest) is felt over \
+                    time too"
+                .into();
+        }
         if is(PairCriterion::JustNoticeableDifference, Outcome::Met) {
             return "a difference may lie around the lines that are left out".into();
         }

@@ -21,6 +21,12 @@ const CERTAINLY_OTHER_SPEED: f64 = 1.2;
 const HUM_HZ: f64 = 190.0;
 /// Fewer recordings than this share a line by chance too often.
 const ENOUGH: usize = 3;
+/// What of a line stands so many lines beside it …
+const SKIRT_LINES: usize = 3;
+/// … above what stands so many beside it …
+const FLOOR_LINES: usize = 9;
+/// … is at most this share of a tone: a Hann window leaves less than a thousandth.
+const SKIRT_SHARE: f64 = 0.03;
 /// A recording has a line that rises by more than this above what is beside it, dB …
 const RISES_DB: f64 = 10.0;
 /// … and has none at a frequency where nothing rises by this, dB.
@@ -50,6 +56,8 @@ pub enum LineOrigin {
     Mains,
     /// It does not move with the speed: the machine's, or the sensor's.
     Machine,
+    /// It does not move with the speed and is broader than a tone: a resonance of the machine, of the mount of the sensor, or of the finger.
+    Resonance,
     /// Not decided: all recordings have one speed, or unknown ones, so the line may also come from the finger.
     NotDecided,
 }
@@ -74,10 +82,10 @@ pub struct CommonLine {
 }
 
 impl CommonLine {
-    /// Whether it certainly comes neither from the finger nor from the texture.
+    /// Whether it certainly comes neither from the ridges of the finger nor from the texture.
     #[must_use]
     pub fn is_the_machines(&self) -> bool {
-        matches!(self.origin, LineOrigin::Mains | LineOrigin::Machine)
+        self.origin != LineOrigin::NotDecided
     }
 
     fn holds(&self, frequency_hz: f64) -> bool {
@@ -117,12 +125,31 @@ pub fn common_lines(recordings: &[LinesOf<'_>]) -> Vec<CommonLine> {
         samples: samples.len(),
         speed_ratio,
         origin: match moves_not {
+            true if !is_narrow(recordings, frequency_hz) => LineOrigin::Resonance,
             true if of_the_mains(frequency_hz, within_hz) => LineOrigin::Mains,
             true => LineOrigin::Machine,
             false => LineOrigin::NotDecided,
         },
     };
     shared(recordings).into_iter().map(line).collect()
+}
+
+/// Whether the line at `hz` is as narrow as the window of the PSDs makes a tone: three lines beside it next to nothing of it is left.
+fn is_narrow(recordings: &[LinesOf<'_>], hz: f64) -> bool {
+    let shares = recordings.iter().map(|one| {
+        let psd = &one.psd.mean;
+        let at = (hz / one.psd.resolution_hz).round() as usize;
+        let beside = |lines: usize| {
+            let sides = [at.saturating_sub(lines), at + lines];
+            let sides = sides.iter().filter_map(|k| psd.get(*k).copied());
+            crate::statistics::mean(&sides.collect::<Vec<_>>())
+        };
+        let near = psd.iter().skip(at.saturating_sub(1)).take(3);
+        let floor = beside(FLOOR_LINES);
+        let height = near.copied().fold(0.0, f64::max) - floor;
+        (beside(SKIRT_LINES) - floor) / height.max(f64::MIN_POSITIVE)
+    });
+    crate::statistics::mean(&shares.collect::<Vec<_>>()) <= SKIRT_SHARE
 }
 
 /// How far apart peaks of `recordings` are one line, Hz.
@@ -302,6 +329,36 @@ pub fn set_apart(summary: &mut Summary, lines: &[CommonLine], in_doubt_hz: &[f64
 mod tests {
     use super::*;
     use crate::quantity::Hertz;
+
+    /// A resonance of a finger that is excited at every speed stays at its frequency, at 200 Hz too: it is neither hum nor a machine's for sure.
+    #[test]
+    fn a_broad_peak_that_stays_is_a_resonance() {
+        let resonance = |hz: f64, quality: f64| {
+            let of = |k: i32| {
+                let ratio = 2.0 * f64::from(k) / hz;
+                let gain = (1.0 - ratio * ratio).powi(2) + (ratio / quality).powi(2);
+                0.2 + 0.01 * f64::from(k * 7919 % 10) + 0.2 / gain
+            };
+            StrokeSpectra::over(vec![(0..501).map(of).collect()], 2.0, String::new())
+        };
+        for (hz, quality) in [(200.0, 15.0), (150.0, 10.0), (223.0, 15.0)] {
+            let psd = resonance(hz, quality);
+            let all: Vec<LinesOf<'_>> = [("S1", 0.02), ("S2", 0.02), ("S1", 0.05), ("S2", 0.05)]
+                .map(|(sample, speed_m_s)| LinesOf {
+                    sample,
+                    speed_m_s: Some(speed_m_s),
+                    psd: &psd,
+                    band: Band::new(Hertz(10.0), Hertz(1000.0)).unwrap(),
+                    fine_hz: &[],
+                })
+                .to_vec();
+            let found = common_lines(&all);
+            let near = found
+                .iter()
+                .find(|line| (line.frequency_hz - hz).abs() < 6.0);
+            assert_eq!(near.unwrap().origin, LineOrigin::Resonance, "{found:?}");
+        }
+    }
 
     /// A flat PSD with 2 Hz between lines, and lines at `tones_hz`.
     fn spectra(tones_hz: &[f64]) -> StrokeSpectra {

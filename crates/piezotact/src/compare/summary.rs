@@ -207,11 +207,14 @@ pub fn summarise(
         let mut stated: Vec<f64> = members.iter().filter_map(|(_, c)| c.speed_m_s).collect();
         Statistics::of(&mut stated)
     });
-    let each = members
-        .iter()
-        .flat_map(|(a, _)| a.psd.each.iter().cloned())
-        .collect();
-    let psd = StrokeSpectra::over(each, first.psd.resolution_hz, first.psd.unit.clone());
+    let psd = match members {
+        [(only, _)] => only.psd.clone(),
+        several => {
+            let each = several.iter().flat_map(|(a, _)| &a.psd.each);
+            let (resolution_hz, unit) = (first.psd.resolution_hz, first.psd.unit.clone());
+            StrokeSpectra::over(each.cloned().collect(), resolution_hz, unit)
+        }
+    };
     let band = first.config.band;
     let found = peaks(&psd.mean, psd.resolution_hz, band);
     let comb = match (speed_m_s, periods.texture_m) {

@@ -86,7 +86,7 @@ pub enum Scatter {
     },
     /// Recordings of one sample, which differ by more than their strokes: recordings are compared instead of strokes.
     #[error(
-        "recordings of one sample differ by more than their strokes do (p = {p_value:.3}): recordings are compared instead of strokes"
+        "recordings of one sample may differ by more than their strokes do (p = {p_value:.3}): recordings are compared instead of strokes"
     )]
     Recordings { p_value: f64 },
     /// The response to a drive while it is measured.

@@ -143,14 +143,19 @@ struct Even {
 }
 
 impl Even {
-    fn lines<'s>(&self, strokes: impl Iterator<Item = &'s Vec<Vec<f64>>>) -> Option<Spectrum> {
+    /// The lines of some `strokes`, of which all hold what `lowest` is at the slowest speed.
+    fn lines<'s>(
+        &self,
+        strokes: impl Iterator<Item = &'s Vec<Vec<f64>>>,
+        lowest: Hertz,
+    ) -> Option<Spectrum> {
         let sliding = Sliding {
             speed_m_s: self.slowest_m_s,
             rate: self.rate,
             group: String::new(),
             stretches: strokes.flatten().map(Vec::as_slice).collect(),
         };
-        spectrum_up_to(&sliding, self.lowest, self.highest)
+        spectrum_up_to(&sliding, lowest, self.highest)
     }
 
     /// By Welch's method, segments as long as the shortest stroke or shorter.
@@ -191,9 +196,15 @@ fn period(parts: &[&Travelled<'_>], even: &Even) -> Option<SpatialPeriod> {
         few @ 0..=3 => few,
         several => several / 2,
     };
-    let (slower, faster) = even_strokes.split_at(middle);
-    let halves = [slower, faster].into_iter();
-    let all: Vec<Spectrum> = halves.filter_map(|half| even.lines(half.iter())).collect();
+    // Faster strokes hold longer periods.
+    let half = |from: usize, to: usize| {
+        let slow = parts[from..to].iter().map(|part| part.way.slowest_m_s);
+        let slowest_m_s = slow.fold(f64::MAX, f64::min);
+        let lowest = Hertz(even.lowest.0 * even.slowest_m_s / slowest_m_s);
+        even.lines(even_strokes[from..to].iter(), lowest)
+    };
+    let halves = [half(0, middle), half(middle, even_strokes.len())];
+    let all: Vec<Spectrum> = halves.into_iter().flatten().collect();
     let found = agreed(&all)?;
     let wavenumber = found.wavenumber;
     let mut recordings: Vec<usize> = parts.iter().map(|part| part.recording).collect();
@@ -202,7 +213,7 @@ fn period(parts: &[&Travelled<'_>], even: &Even) -> Option<SpatialPeriod> {
     let teeth = |recording: usize| -> Vec<f64> {
         let own = parts.iter().zip(even_strokes);
         let own = own.filter(|(part, _)| part.recording == recording);
-        let own = even.lines(own.map(|(_, stroke)| stroke));
+        let own = even.lines(own.map(|(_, stroke)| stroke), even.lowest);
         own.map_or_else(Vec::new, |own| teeth(&own, wavenumber))
     };
     let (over, units) = match recordings.as_slice() {
