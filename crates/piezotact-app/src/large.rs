@@ -49,7 +49,8 @@ impl Large {
         self.0.samples()
     }
 
-    fn names(&self) -> Vec<&str> {
+    /// The names of its channels.
+    pub(crate) fn names(&self) -> Vec<&str> {
         let channels = self.contents().recording.channels().iter();
         channels.map(|channel| channel.name.as_str()).collect()
     }

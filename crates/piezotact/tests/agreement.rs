@@ -76,6 +76,7 @@ fn cut(made: &Tribometer) -> Segmentation {
         normal_force_n: Some(&made.force_n),
         tangential_force_n: Vec::new(),
         motion: Some((&made.speed_m_s, MotionKind::Speed)),
+        contact_sign: None,
     };
     let expected = Expected {
         load_n: None,
@@ -215,6 +216,7 @@ fn by_force(made: &Recorded, load: Option<Newtons>) -> Segmentation {
         normal_force_n: Some(&made.fz_n),
         tangential_force_n: vec![&made.fx_n, &made.fy_n],
         motion: None,
+        contact_sign: None,
     };
     segment_by_force(&signals, &ForceRule::active(load)).unwrap()
 }

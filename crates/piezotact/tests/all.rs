@@ -29,6 +29,7 @@ mod related;
 mod score;
 mod score_over_time;
 mod score_strokes;
+mod sections;
 mod sensor_noise;
 mod shared_data;
 mod sound_golden;

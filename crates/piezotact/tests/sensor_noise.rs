@@ -31,6 +31,7 @@ fn cut(made: &Recorded, vibration: Option<&[f64]>) -> Segmentation {
         normal_force_n: Some(&made.fz_n),
         tangential_force_n: vec![&made.fx_n, &made.fy_n],
         motion: None,
+        contact_sign: None,
     };
     segment_by_force(&signals, &ForceRule::active(None)).unwrap()
 }
@@ -154,6 +155,7 @@ fn passes(speed: impl Fn(f64) -> f64, noise_m_s: f64) -> Segmentation {
         normal_force_n: None,
         tangential_force_n: Vec::new(),
         motion: Some((&speed_m_s, MotionKind::Speed)),
+        contact_sign: None,
     };
     let expected = Expected {
         load_n: None,
@@ -264,6 +266,7 @@ fn friction_under_noise_is_that_of_the_forces_without_it() {
             normal_force_n: Some(&recorded.fz_n),
             tangential_force_n: vec![&recorded.fx_n, &recorded.fy_n],
             motion: None,
+            contact_sign: None,
         };
         let each = found.strokes.iter().map(|stroke| {
             let forces = piezotact::feature::stroke_forces(&signals, found, stroke.steady).unwrap();

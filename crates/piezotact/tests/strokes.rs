@@ -27,6 +27,7 @@ fn signals(made: &Recorded) -> Signals<'_> {
         normal_force_n: Some(&made.fz_n),
         tangential_force_n: vec![&made.fx_n, &made.fy_n],
         motion: None,
+        contact_sign: None,
     }
 }
 
@@ -513,6 +514,7 @@ fn plateaus_of_the_speed_are_found_within_20_ms() {
             normal_force_n: Some(&made.force_n),
             tangential_force_n: Vec::new(),
             motion: Some((motion, kind)),
+            contact_sign: None,
         };
         let found = segment_by_speed(&signals, &rule).unwrap();
         assert_eq!(found.strokes.len(), 6, "{kind:?}: {:?}", found.rejected);
@@ -543,6 +545,7 @@ fn plateaus_of_the_speed_are_found_within_20_ms() {
         normal_force_n: Some(&lifted.force_n),
         tangential_force_n: Vec::new(),
         motion: Some((&lifted.speed_m_s, MotionKind::Speed)),
+        contact_sign: None,
     };
     let found = segment_by_speed(&signals, &rule).unwrap();
     assert!(found.strokes.is_empty());
@@ -630,6 +633,7 @@ fn a_held_finger_has_its_zeros() {
             normal_force_n: Some(force_n),
             tangential_force_n: Vec::new(),
             motion: Some((&made.speed_m_s, MotionKind::Speed)),
+            contact_sign: None,
         };
         segment_by_speed(&signals, &SpeedRule::trapezoid(expected)).unwrap()
     };

@@ -617,3 +617,22 @@ fn a_scaled_or_shifted_copy_is_refused() {
     }
     assert!(compared(&of("b", 4, touched("B", 30.0))).is_ok());
 }
+
+/// Segments of a few samples show no spectrum: nothing is said of them.
+#[test]
+fn segments_too_short_to_compare_are_refused() {
+    let takes = all([
+        of("a", 3, touched("A", 30.0)),
+        of("b", 3, touched("B", 30.0)),
+    ]);
+    let short = StudySettings {
+        segment: Some(7),
+        ..changes(Factor::Sample)
+    };
+    let refused = analyse(takes, &short).unwrap_err();
+    let expected = StudyError::Coarse {
+        needed: 200,
+        found: 7,
+    };
+    assert_eq!(refused, expected);
+}

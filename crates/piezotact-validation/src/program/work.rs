@@ -438,6 +438,7 @@ fn w5(folder: &Path, judging: Judging) -> Result<Prepared> {
                 normal_force_n: Some(channel(3)),
                 tangential_force_n: vec![channel(1), channel(2)],
                 motion: None,
+                contact_sign: None,
             };
             let segmentation = segment_by_force(&signals, &rule)?;
             let mut columns = vec![Vec::new(); 11];

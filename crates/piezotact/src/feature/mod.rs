@@ -6,6 +6,7 @@ mod over_strokes;
 mod peaks;
 mod plan;
 mod rest;
+mod spectra;
 mod statistics;
 mod warning;
 mod weighting;
@@ -19,6 +20,7 @@ pub use forces::{StrokeForces, stroke_forces};
 pub(crate) use peaks::peaks_above;
 pub use peaks::{Peak, peaks};
 pub use plan::{FeaturePlan, band_power};
+pub use spectra::StrokeSpectra;
 pub use statistics::{Moments, Statistics};
 pub use weighting::{Receptor, Weighting};
 
@@ -230,59 +232,6 @@ pub const STROKE_COLUMNS: &[StrokeColumn] = &[
     StrokeColumn::of("meissner_level_at_most_db", |s| s.meissner_level_at_most_db),
 ];
 
-/// A spectrum of every stroke, with mean and standard deviation over strokes line by line.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-pub struct StrokeSpectra {
-    /// The unit of the values.
-    pub unit: String,
-    /// The step between lines, Hz; the first lies at 0 Hz.
-    pub resolution_hz: f64,
-    /// The lines, Hz.
-    pub frequency_hz: Vec<f64>,
-    /// One spectrum for each stroke.
-    #[serde(skip)]
-    pub each: Vec<Vec<f64>>,
-    /// Their mean.
-    pub mean: Vec<f64>,
-    /// Their standard deviation, n − 1 in the denominator; 0 for one stroke.
-    pub sd: Vec<f64>,
-}
-
-impl StrokeSpectra {
-    /// The spectra `each` in `unit`, all of one length, with their mean and standard deviation.
-    ///
-    /// Source: sample mean and standard deviation over strokes, of powers or amplitudes, not of decibels.
-    #[must_use]
-    pub fn over(each: Vec<Vec<f64>>, resolution_hz: f64, unit: String) -> Self {
-        let count = each.len();
-        let lines = each.first().map_or(0, Vec::len);
-        let mut mean = vec![0.0; lines];
-        for spectrum in &each {
-            for (sum, value) in mean.iter_mut().zip(spectrum) {
-                *sum += value / count as f64;
-            }
-        }
-        let mut sd = vec![0.0; lines];
-        for spectrum in &each {
-            for ((sum, value), mean) in sd.iter_mut().zip(spectrum).zip(&mean) {
-                *sum += (value - mean) * (value - mean);
-            }
-        }
-        for sum in &mut sd {
-            *sum = (*sum / (count.max(2) - 1) as f64).sqrt();
-        }
-        Self {
-            unit,
-            resolution_hz,
-            frequency_hz: crate::spectrum::frequency_axis(resolution_hz, lines),
-            each,
-            mean,
-            sd,
-        }
-    }
-}
-
 /// The features and spectra of the strokes of one recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Analysis {
@@ -334,6 +283,61 @@ pub fn analyse(
     segmentation: &Segmentation,
     config: &FeatureConfig,
 ) -> Result<Analysis, FeatureError> {
+    let rate = Signals::of(recording, &segmentation.roles)?.rate;
+    let (segmentation, left_out) = long_enough(segmentation, config, rate);
+    let shortest = shortest(&segmentation);
+    let mut analysis = measured(recording, &segmentation, config, shortest)?;
+    analysis.conclude(&segmentation, left_out)?;
+    Ok(analysis)
+}
+
+/// `segmentation` without the strokes that are shorter than a segment of the PSDs, and the warning about them; all of them where none is long
+/// enough.
+pub(crate) fn long_enough(
+    segmentation: &Segmentation,
+    config: &FeatureConfig,
+    rate: SampleRate,
+) -> (Segmentation, Option<Warning>) {
+    let (long, short): (Vec<Stroke>, Vec<Stroke>) = segmentation
+        .strokes
+        .iter()
+        .cloned()
+        .partition(|stroke| stroke.steady.len() >= config.welch.segment);
+    let is_some = !short.is_empty() && !long.is_empty();
+    let left_out = is_some.then(|| {
+        Warning::from(StrokeWarning::UnusualStroke {
+            what: Unusual::LeftOut {
+                count: short.len(),
+                needed_s: config.welch.segment as f64 / rate.hz(),
+            },
+        })
+    });
+    let strokes = match long.is_empty() {
+        // Then the first is refused with its length.
+        true => segmentation.strokes.clone(),
+        false => long,
+    };
+    let kept = Segmentation {
+        strokes,
+        ..segmentation.clone()
+    };
+    (kept, left_out)
+}
+
+/// The samples of the shortest stroke.
+pub(crate) fn shortest(segmentation: &Segmentation) -> usize {
+    let lengths = segmentation.strokes.iter().map(|s| s.steady.len());
+    lengths.min().unwrap_or(0)
+}
+
+/// As [`analyse`], of strokes that are long enough, with amplitude spectra over the middle `shortest` samples of each, and without the warnings
+/// that are about all strokes together.
+pub(crate) fn measured(
+    recording: &Recording,
+    segmentation: &Segmentation,
+    config: &FeatureConfig,
+    shortest: usize,
+) -> Result<Analysis, FeatureError> {
     let signals = Signals::of(recording, &segmentation.roles)?;
     if segmentation.strokes.is_empty() {
         return Err(FeatureError::NoStroke);
@@ -345,27 +349,6 @@ pub fn analyse(
         mut warnings,
     } = vibrations(recording, segmentation, config.high_pass)?;
     let vibrations: Vec<&[f64]> = vibrations.iter().map(Vec::as_slice).collect();
-    let (long, short): (Vec<Stroke>, Vec<Stroke>) = segmentation
-        .strokes
-        .iter()
-        .cloned()
-        .partition(|stroke| stroke.steady.len() >= config.welch.segment);
-    if !short.is_empty() && !long.is_empty() {
-        warnings.push(Warning::from(StrokeWarning::UnusualStroke {
-            what: Unusual::LeftOut {
-                count: short.len(),
-                needed_s: config.welch.segment as f64 / signals.rate.hz(),
-            },
-        }));
-    }
-    let segmentation = &match long.as_slice() {
-        // Then the first is refused with its length.
-        [] => segmentation.clone(),
-        _ => Segmentation {
-            strokes: long,
-            ..segmentation.clone()
-        },
-    };
     warnings.extend(clipped(recording, segmentation));
     let longest = segmentation.strokes.iter().map(|s| s.steady.len()).max();
     // A segment longer than every stroke is refused before anything of its length is made.
@@ -393,21 +376,7 @@ pub fn analyse(
         strokes.push(features);
         psds.push(psd);
     }
-    warnings.extend(over_strokes::warnings(&strokes));
     let resolution_hz = signals.rate.hz() / config.welch.segment as f64;
-    let hop = config.welch.hop()?;
-    let segments: usize = segmentation
-        .strokes
-        .iter()
-        .map(|s| segments_in(s.steady.len(), config.welch.segment, hop))
-        .sum();
-    if segments < RECOMMENDED_SEGMENTS {
-        warnings.push(Warning::from(FewWarning::Few {
-            found: segments.max(1),
-            recommended: RECOMMENDED_SEGMENTS,
-            what: Few::Segments,
-        }));
-    }
     if config.high_pass.is_none() {
         warnings.extend(gesture_kept(&vibrations, segmentation, signals.rate));
     }
@@ -423,13 +392,75 @@ pub fn analyse(
     Ok(Analysis {
         rest_psd: rest::psd(&vibrations, segmentation, (&config.welch, signals.rate))?,
         rest_lines,
-        fft: amplitudes(&vibrations, segmentation, (signals.rate, &unit))?,
+        fft: amplitudes(&vibrations, segmentation, (signals.rate, &unit, shortest))?,
         psd: StrokeSpectra::over(psds, resolution_hz, unit.of_psd()),
         strokes,
         unit,
         config: config.clone(),
         warnings,
     })
+}
+
+impl Analysis {
+    /// Adds the warnings about all strokes together: those that were `left_out`, how few segments there are, what changes from stroke to stroke.
+    pub(crate) fn conclude(
+        &mut self,
+        segmentation: &Segmentation,
+        left_out: Option<Warning>,
+    ) -> Result<(), FeatureError> {
+        self.warnings.splice(0..0, left_out);
+        self.warnings.extend(over_strokes::warnings(&self.strokes));
+        let welch = &self.config.welch;
+        let hop = welch.hop()?;
+        let lengths = segmentation.strokes.iter().map(|s| s.steady.len());
+        let segments: usize = lengths.map(|n| segments_in(n, welch.segment, hop)).sum();
+        if segments < RECOMMENDED_SEGMENTS {
+            self.warnings.push(Warning::from(FewWarning::Few {
+                found: segments.max(1),
+                recommended: RECOMMENDED_SEGMENTS,
+                what: Few::Segments,
+            }));
+        }
+        Ok(())
+    }
+
+    /// Gives up the spectra of single strokes.
+    pub(crate) fn without_single_spectra(mut self) -> Self {
+        self.psd.each = Vec::new();
+        self.fft.each = Vec::new();
+        self
+    }
+
+    /// Joins what was measured of a later section of the same recording: means and standard deviations of spectra are those over all strokes.
+    ///
+    /// Source: T. F. Chan, G. H. Golub and R. J. Le Veque (1983), Am. Stat. 37, for means and variances of two sets.
+    pub(crate) fn join(&mut self, mut later: Self) {
+        let counts = [self.strokes.len(), later.strokes.len()];
+        self.psd.join(&later.psd, counts);
+        self.fft.join(&later.fft, counts);
+        let [own, its] = counts.map(|count| count as f64);
+        self.rest_psd = match (self.rest_psd.take(), later.rest_psd.take()) {
+            (Some(mut a), Some(b)) => {
+                for (a, b) in a.iter_mut().zip(b) {
+                    *a = (own * *a + its * b) / (own + its);
+                }
+                Some(a)
+            }
+            (a, b) => a.or(b),
+        };
+        for line in later.rest_lines {
+            let near = |known: &&mut RestLine| {
+                (known.frequency_hz - line.frequency_hz).abs() < self.psd.resolution_hz
+            };
+            match self.rest_lines.iter_mut().find(near) {
+                Some(known) if known.mean_square < line.mean_square => *known = line,
+                Some(_) => {}
+                None => self.rest_lines.push(line),
+            }
+        }
+        self.strokes.extend(later.strokes);
+        self.warnings.extend(later.warnings);
+    }
 }
 
 /// The warnings about channels that are clipped within a stroke.
@@ -570,15 +601,13 @@ fn variance(samples: &[f64]) -> f64 {
     samples.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / samples.len().max(1) as f64
 }
 
-/// Amplitude spectra over the middle of every stroke, as many samples as the shortest one has; of several channels
-/// the root of the mean of their squares.
+/// Amplitude spectra over the middle of every stroke, `shortest` samples; of several channels the root of the mean of their squares.
 fn amplitudes(
     vibrations: &[&[f64]],
     segmentation: &Segmentation,
-    (rate, unit): (SampleRate, &Unit),
+    (rate, unit, shortest): (SampleRate, &Unit, usize),
 ) -> Result<StrokeSpectra, FeatureError> {
     let strokes = &segmentation.strokes;
-    let shortest = strokes.iter().map(|s| s.steady.len()).min().unwrap_or(0);
     let mut each = Vec::with_capacity(strokes.len());
     for stroke in strokes {
         let from = stroke.steady.start + (stroke.steady.len() - shortest) / 2;

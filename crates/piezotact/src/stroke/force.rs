@@ -309,7 +309,10 @@ pub(super) fn oriented(
             found: format!("{first} N"),
         });
     }
-    let (sign, contradiction) = polarity(frames, &force, signals, moves);
+    let (sign, contradiction) = match signals.contact_sign {
+        Some(known) => (known, None),
+        None => polarity(frames, &force, signals, moves),
+    };
     warnings.extend(contradiction.map(|ratio| {
         let fault = ForceFault::LiftsVibrate { ratio };
         Warning::from(ForceWarning::Doubtful { fault })

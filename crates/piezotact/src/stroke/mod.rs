@@ -10,6 +10,7 @@ mod cuts;
 mod force;
 mod force_warning;
 pub(crate) mod frames;
+mod played;
 mod sliding;
 mod speed;
 mod warning;
@@ -20,16 +21,16 @@ use serde::{Deserialize, Serialize};
 pub use warning::{StrokeWarning, Unusual};
 
 use crate::criterion::Criterion;
-use crate::quantity::{Acceleration, Drive, Newtons, SampleRate, Seconds, Unit};
+use crate::quantity::{Newtons, SampleRate, Seconds, Unit};
 use crate::recording::{MissingChannel, Recording, RecordingError, RecordingWarning, Touch};
 use crate::roles::{Motion, Roles};
-use crate::series::Series;
 use crate::warning::{Counts, Warning};
 
 pub use criteria::StrokeCriterion;
 pub use cuts::{Cut, Cuts};
 pub use force::{ForceRule, Judging, segment_by_force};
 pub use force_warning::{ForceFault, ForceWarning};
+pub use played::played_part;
 pub(crate) use speed::stroke_speed_m_s;
 pub use speed::{SpeedRule, segment_by_speed};
 pub(crate) use way::{Way, ways};
@@ -46,6 +47,8 @@ pub struct Signals<'a> {
     pub tangential_force_n: Vec<&'a [f64]>,
     /// Speed in m/s or position in m.
     pub motion: Option<(&'a [f64], MotionKind)>,
+    /// The sign of the normal force in contact, where it is known; else it is found.
+    pub contact_sign: Option<f64>,
 }
 
 /// What a motion channel holds.
@@ -106,6 +109,7 @@ impl<'a> Signals<'a> {
                 .map(|name| in_unit(name, Unit::Newton))
                 .collect::<Result<_, _>>()?,
             motion,
+            contact_sign: None,
         })
     }
 
@@ -530,6 +534,16 @@ pub fn segment(
     roles: &Roles,
     expected: Expected,
 ) -> Result<Segmentation, SegmentError> {
+    segment_of_sign(recording, roles, expected, None)
+}
+
+/// As [`segment`], with the sign of the normal force in contact where it is known.
+pub(crate) fn segment_of_sign(
+    recording: &Recording,
+    roles: &Roles,
+    expected: Expected,
+    contact_sign: Option<f64>,
+) -> Result<Segmentation, SegmentError> {
     let (mut roles, mut dead) = (roles.clone(), Vec::new());
     roles.tangential_force.retain(|name| {
         let channel = recording.channels().iter().find(|c| c.name == *name);
@@ -542,7 +556,10 @@ pub fn segment(
         }
         changes
     });
-    let signals = Signals::of(recording, &roles)?;
+    let signals = Signals {
+        contact_sign,
+        ..Signals::of(recording, &roles)?
+    };
     // A hand has no plateau of the speed.
     let by_hand = recording.about.condition.touch == Some(Touch::Active);
     let forces = signals.normal_force_n.is_some();
@@ -605,48 +622,6 @@ fn one_stroke(all: Interval, rule: Rule) -> Segmentation {
         untouched: None,
         warnings: Vec::new(),
     }
-}
-
-/// The share of its energy that a texture played may have on either side of the part in which it is felt.
-const TAIL_SHARE: f64 = 5e-4;
-
-/// The part of a recording in which its drive plays and what it plays is felt; none without a drive, or where it is silent.
-///
-/// It is what lies between the first and the last 0.05 % of the energy of the drive and, within it, of the acceleration: the tails
-/// of an inverse filter are not quiet in the drive, but nothing is felt of them.
-///
-/// Source: docs/decisions/campaigns.md.
-#[must_use]
-pub fn played_part(recording: &Recording) -> Option<Interval> {
-    let drive = recording.series::<Drive>(None).ok()?;
-    let played = energetic_part(drive.samples())?;
-    let felt = recording.series::<Acceleration>(None).ok();
-    let felt = felt
-        .as_ref()
-        .map(Series::samples)
-        .filter(|felt| felt.len() == drive.samples().len());
-    Some(
-        match felt.and_then(|felt| energetic_part(&felt[played.start..played.end])) {
-            Some(felt) => Interval {
-                start: played.start + felt.start,
-                end: played.start + felt.end,
-            },
-            None => played,
-        },
-    )
-}
-
-/// What lies between the first and the last [`TAIL_SHARE`] of the energy of `x`.
-fn energetic_part(x: &[f64]) -> Option<Interval> {
-    let tail = TAIL_SHARE * x.iter().map(|v| v * v).sum::<f64>();
-    let beyond = |left: &mut f64, v: &f64| {
-        *left -= v * v;
-        *left < 0.0
-    };
-    let (mut before, mut after) = (tail, tail);
-    let start = x.iter().position(|v| beyond(&mut before, v))?;
-    let end = x.iter().rposition(|v| beyond(&mut after, v))? + 1;
-    (start < end).then_some(Interval { start, end })
 }
 
 /// Why a recording cannot be cut into strokes.

@@ -46,6 +46,9 @@ pub struct RecordingEntry<'a> {
     pub rate_hz: SampleRate,
     /// How long it lasts.
     pub duration_s: Seconds,
+    /// In how many sections it was cut and analysed, as it is larger than memory; absent elsewhere.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sections: Option<usize>,
     /// The condition that counts.
     pub condition: &'a Condition,
     /// The labels of the recording and of its name.
@@ -139,7 +142,8 @@ impl<'a> RecordingEntry<'a> {
         Self {
             file: &take.file,
             rate_hz: take.recording.rate(),
-            duration_s: take.recording.duration(),
+            duration_s: take.duration(),
+            sections: (take.sections > 1).then_some(take.sections),
             condition: take.condition(),
             labels: &take.labels,
             roles: &segmentation.roles,

@@ -1,11 +1,12 @@
 //! Why a study cannot be analysed.
 
+use super::COARSEST_HZ;
 use super::Factor;
 use super::take::FASTEST_M_S;
 use crate::compare::CompareError;
 use crate::feature::FeatureError;
 use crate::number::rounded;
-use crate::quantity::{Newtons, QuantityError};
+use crate::quantity::{Newtons, QuantityError, Seconds};
 use crate::recording::RecordingError;
 use crate::stroke::SegmentError;
 use crate::warning::{Merged, Warning};
@@ -27,6 +28,11 @@ pub enum StudyError {
         rounded(*found_m_s)
     )]
     Speed { found_m_s: f64 },
+    /// Segments so short that a comparison of what is felt says nothing.
+    #[error(
+        "expected segments of {needed} samples or more, whose lines are up to {COARSEST_HZ} Hz apart, to compare what is felt, found {found}; state more"
+    )]
+    Coarse { needed: usize, found: usize },
     /// A recording whose channels are not what they must be.
     #[error("{file}: {error}")]
     Recording {
@@ -40,6 +46,17 @@ pub enum StudyError {
         file: String,
         #[source]
         error: SegmentError,
+    },
+    /// A recording that is larger than memory and has no moment in which it could be divided.
+    #[error(
+        "{file}: expected pauses without contact, or a force or speed that shows them, as it is larger than memory and is cut there, found none in \
+         {:.0} s from {:.0} s on; cut it into files",
+        lasts.0, from.0
+    )]
+    Undivided {
+        file: String,
+        from: Seconds,
+        lasts: Seconds,
     },
     /// A recording of whose strokes no features can be computed.
     #[error("{file}: {error}")]

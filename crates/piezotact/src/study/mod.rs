@@ -8,6 +8,7 @@ mod document;
 mod error;
 mod grouping;
 mod page;
+mod sections;
 mod table;
 mod take;
 mod way;
@@ -22,6 +23,7 @@ pub use comparison::{
 pub use document::*;
 pub use error::{NoStrokes, StudyError};
 pub use grouping::{Factor, Group};
+pub use sections::{Cutting, InSections, Measuring, SECTION_BYTES};
 pub use table::{EVENT_NAMES, cuts_table, events_table, strokes_table};
 pub use take::{AnalysedRecording, Label, Naming, Recorded, Stated, cut, label_by};
 
@@ -91,6 +93,8 @@ pub enum Breadth {
     Report,
 }
 
+/// Where comparisons are of spectra, their lines are no farther apart, Hz: the least bands of what is felt are a third of an octave wide.
+pub(crate) const COARSEST_HZ: f64 = 25.0;
 /// So many samples of a stroke are looked at for copies.
 const EXCERPT: usize = 16_384;
 
@@ -271,10 +275,11 @@ fn no_copies(takes: &[AnalysedRecording]) -> Result<(), StudyError> {
         };
         let samples = &channel.samples[..];
         let strokes = take.segmentation.strokes.iter().map(|stroke| stroke.steady);
-        // Silence is like any other.
+        // Silence is like any other; of a recording larger than memory the first samples are there.
         let sounds = |part: &Interval| {
+            let is_there = part.end <= samples.len();
             let part = part.of(samples);
-            part.iter().any(|value| *value != part[0])
+            is_there && part.iter().any(|value| *value != part[0])
         };
         let strokes: Vec<Interval> = strokes.filter(sounds).collect();
         let mut copy_of = None;
@@ -324,20 +329,11 @@ fn features(
     }
     for take in takes.iter_mut() {
         done();
-        if take.segmentation.strokes.is_empty() {
+        if take.segmentation.strokes.is_empty() || take.analysis.is_some() {
             continue;
         }
         let longest = longest.get(&nominal_rate(take));
-        let longest = longest.map_or(&[][..], Vec::as_slice);
-        let high_pass = match settings.gesture {
-            Gesture::Stated(stated) => stated,
-            Gesture::Usual => usual_high_pass(take),
-        };
-        let mut config = FeatureConfig::usual(take.recording.rate(), longest, high_pass)
-            .map_err(|error| take.failed(error))?;
-        if let Some(segment) = settings.segment {
-            config.welch.segment = segment;
-        }
+        let config = config_of(take, longest.map_or(&[][..], Vec::as_slice), settings)?;
         let analysis = feature::analyse(&take.recording, &take.segmentation, &config)
             .map_err(|error| take.failed(error))?;
         take.analysis = Some(analysis);
@@ -353,6 +349,29 @@ fn features(
             warnings: warnings_of(takes, &[]),
         }),
     })
+}
+
+/// How the features of a recording are computed, which has strokes of its rate whose `longest` have so many samples.
+fn config_of(
+    take: &AnalysedRecording,
+    longest: &[usize],
+    settings: &StudySettings,
+) -> Result<FeatureConfig, StudyError> {
+    let high_pass = match settings.gesture {
+        Gesture::Stated(stated) => stated,
+        Gesture::Usual => usual_high_pass(take),
+    };
+    let mut config = FeatureConfig::usual(take.recording.rate(), longest, high_pass)
+        .map_err(|error| take.failed(error))?;
+    if let Some(segment) = settings.segment {
+        let needed = (take.recording.rate().hz() / COARSEST_HZ).ceil() as usize;
+        if segment < needed && matches!(settings.question, Question::Changes { .. }) {
+            let found = segment;
+            return Err(StudyError::Coarse { needed, found });
+        }
+        config.welch.segment = segment;
+    }
+    Ok(config)
 }
 
 /// Time stamps give rates that differ in the last digits: recordings of one instrument share lines.
@@ -379,6 +398,7 @@ fn example(takes: &[AnalysedRecording]) -> Result<Option<Example>, StudyError> {
     let vibrations = feature::vibrations(&take.recording, &take.segmentation, high_pass)
         .map_err(|error| take.failed(error))?;
     let stroke = take.segmentation.strokes.first();
+    let stroke = stroke.filter(|stroke| stroke.steady.end <= take.recording.len());
     let samples = match (vibrations.channels.as_slice(), stroke) {
         ([only], Some(stroke)) => Some(stroke.steady.of(only.as_slice()).to_vec()),
         _ => None,

@@ -1,14 +1,15 @@
 //! Recordings of a study, named and cut: what a person states counts before what the recording says, and that before its name.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 
 use super::StudyError;
 use crate::feature::Analysis;
-use crate::quantity::Unit;
+use crate::quantity::{SampleRate, Seconds, Unit};
 use crate::recording::{Condition, NotUsed, Recording, RecordingWarning};
 use crate::roles::{Motion, Roles};
 use crate::statistics::mean;
-use crate::stroke::{Cuts, Expected, Judging, MotionKind, Segmentation, Signals, segment};
+use crate::stroke::{Cuts, Expected, Judging, MotionKind, Segmentation, Signals, segment_of_sign};
 use crate::warning::{Warning, Warnings};
 
 /// A faster sliding speed is none of a finger, m/s: an arm that throws reaches about this.
@@ -181,8 +182,13 @@ pub struct AnalysedRecording {
     pub file: String,
     /// What it is called.
     pub name: String,
-    /// The channels on the clock of those that play a part, with the condition that counts.
+    /// The channels on the clock of those that play a part, with the condition that counts; of a recording that is larger than memory its
+    /// first section.
     pub recording: Recording,
+    /// The samples of all of it.
+    pub samples: usize,
+    /// How many sections it was cut into to be analysed: 1, and more where it is larger than memory.
+    pub sections: usize,
     /// The labels of the recording and of its name.
     pub labels: BTreeMap<String, String>,
     /// Its strokes and rejects.
@@ -193,6 +199,9 @@ pub struct AnalysedRecording {
     pub cuts_are_looked_for_in: String,
     /// The label that recordings are compared by; absent unless one is chosen, see [`label_by`].
     pub label: Option<Label>,
+    /// In how many strokes the motion is positive, and in how many it is negative: the mean of the speed, or the change of the position;
+    /// absent where no motion was measured.
+    pub signs_of_motion: Option<[usize; 2]>,
 }
 
 /// What a recording says of itself beside its condition.
@@ -249,23 +258,13 @@ impl AnalysedRecording {
         self.recording.rate().duration_of(sample).0
     }
 
-    /// In how many strokes the motion is positive, and in how many it is negative: the mean of the speed, or the change of the position;
-    /// `None` where no motion was measured.
-    ///
-    /// Source: the channel of motion, as it was recorded.
+    /// How long it lasts.
     #[must_use]
-    pub fn signs_of_motion(&self) -> Option<[usize; 2]> {
-        let signals = Signals::of(&self.recording, &self.segmentation.roles).ok()?;
-        let (motion, kind) = signals.motion?;
-        let positive = self.segmentation.strokes.iter().filter(|stroke| {
-            let part = stroke.steady.of(motion);
-            match (kind, part) {
-                (MotionKind::Position, [first, .., last]) => last > first,
-                _ => mean(part) > 0.0,
-            }
-        });
-        let positive = positive.count();
-        Some([positive, self.segmentation.strokes.len() - positive])
+    pub fn duration(&self) -> Seconds {
+        match self.sections {
+            1 => self.recording.duration(),
+            _ => self.recording.rate().duration_of(self.samples),
+        }
     }
 
     /// The speed that counts, m/s: the one stated, or else the one that was measured.
@@ -279,69 +278,136 @@ impl AnalysedRecording {
 /// The strokes of `recorded`, with its condition and labels completed by what is `stated` and by its name, its roles stated or
 /// else guessed, and a person's cuts applied.
 ///
-/// Source: house rule for the order in which conditions count; the strokes are those of [`segment`].
+/// Source: house rule for the order in which conditions count; the strokes are those of [`crate::stroke::segment`].
 ///
 /// # Errors
 /// Those of [`Stated::check`]; [`StudyError::Recording`] where a channel that is named is missing or the channels share no
-/// clock; [`StudyError::Segment`] as [`segment`].
-pub fn cut(recorded: Recorded, stated: &Stated) -> Result<AnalysedRecording, StudyError> {
+/// clock; [`StudyError::Segment`] as [`crate::stroke::segment`].
+pub fn cut(mut recorded: Recorded, stated: &Stated) -> Result<AnalysedRecording, StudyError> {
     stated.check()?;
-    let Recorded {
-        file,
-        name,
-        mut recording,
-        naming,
-        cuts,
-        cuts_are_looked_for_in,
-    } = recorded;
-    let in_recording = |error| StudyError::Recording {
-        file: file.clone(),
-        error,
-    };
-    let mut labels = naming.labels;
-    labels.extend(recording.annotations.labels.clone());
-    recording.about.warnings.extend(naming.warnings);
-    let own = std::mem::take(&mut recording.about.condition);
-    recording.about.condition = condition_of(&stated.condition, own, naming.condition);
-    let (guessed, warnings) = Roles::guess(&recording);
-    let roles = stated.roles(guessed, &recording).map_err(in_recording)?;
-    if stated.vibration.is_empty() {
-        recording.about.warnings.extend(warnings);
-    }
-    (recording.about.warnings).extend(roles.force_in_other_unit(&recording));
-    recording.differentiate_velocities(&roles.vibration);
-    let (recording, measured) = roles.on_one_clock(recording).map_err(in_recording)?;
-    let expected = Expected {
-        load_n: recording.about.condition.load_n,
-        speed_m_s: recording.about.condition.speed_m_s,
-        judging: stated.judging,
-    };
-    let segmentation =
-        segment(&recording, &roles, expected).map_err(|error| StudyError::Segment {
+    let cuts = recorded.cuts.take();
+    let prepared = Prepared::of(recorded, stated)?;
+    let (samples, rate) = (prepared.recording.len(), prepared.recording.rate());
+    let segmentation = prepared.segmented(stated, None)?;
+    Ok(prepared.with(with_cuts(segmentation, cuts.as_ref(), samples, rate)))
+}
+
+/// A recording that can be cut: named, with roles, on one clock.
+#[derive(Clone, Debug)]
+pub(super) struct Prepared {
+    file: String,
+    name: String,
+    pub(super) recording: Recording,
+    labels: BTreeMap<String, String>,
+    roles: Roles,
+    /// Where its motion was measured.
+    measured: Vec<Range<usize>>,
+    cuts_are_looked_for_in: String,
+}
+
+impl Prepared {
+    pub(super) fn of(recorded: Recorded, stated: &Stated) -> Result<Self, StudyError> {
+        let Recorded {
+            file,
+            name,
+            mut recording,
+            naming,
+            cuts_are_looked_for_in,
+            ..
+        } = recorded;
+        let in_recording = |error| StudyError::Recording {
             file: file.clone(),
             error,
-        })?;
-    let segmentation = segmentation.within(&measured);
-    let segmentation = with_cuts(segmentation, cuts.as_ref(), &recording);
-    Ok(AnalysedRecording {
-        file,
-        name,
-        recording,
-        labels,
-        segmentation,
-        analysis: None,
-        cuts_are_looked_for_in,
-        label: None,
-    })
+        };
+        let mut labels = naming.labels;
+        labels.extend(recording.annotations.labels.clone());
+        recording.about.warnings.extend(naming.warnings);
+        let own = std::mem::take(&mut recording.about.condition);
+        recording.about.condition = condition_of(&stated.condition, own, naming.condition);
+        let (guessed, warnings) = Roles::guess(&recording);
+        let roles = stated.roles(guessed, &recording).map_err(in_recording)?;
+        if stated.vibration.is_empty() {
+            recording.about.warnings.extend(warnings);
+        }
+        (recording.about.warnings).extend(roles.force_in_other_unit(&recording));
+        recording.differentiate_velocities(&roles.vibration);
+        let (recording, measured) = roles.on_one_clock(recording).map_err(in_recording)?;
+        Ok(Self {
+            file,
+            name,
+            recording,
+            labels,
+            roles,
+            measured,
+            cuts_are_looked_for_in,
+        })
+    }
+
+    /// Its strokes, without what follows from all of them; the sign of the force in contact is found where it is not known.
+    pub(super) fn segmented(
+        &self,
+        stated: &Stated,
+        contact_sign: Option<f64>,
+    ) -> Result<Segmentation, StudyError> {
+        let condition = &self.recording.about.condition;
+        let expected = Expected {
+            load_n: condition.load_n,
+            speed_m_s: condition.speed_m_s,
+            judging: stated.judging,
+        };
+        match segment_of_sign(&self.recording, &self.roles, expected, contact_sign) {
+            Ok(found) => Ok(found.within(&self.measured)),
+            Err(error) => Err(StudyError::Segment {
+                file: self.file.clone(),
+                error,
+            }),
+        }
+    }
+
+    /// With its strokes.
+    pub(super) fn with(self, segmentation: Segmentation) -> AnalysedRecording {
+        AnalysedRecording {
+            samples: self.recording.len(),
+            sections: 1,
+            signs_of_motion: signs_of_motion(&self.recording, &segmentation),
+            segmentation,
+            file: self.file,
+            name: self.name,
+            recording: self.recording,
+            labels: self.labels,
+            analysis: None,
+            cuts_are_looked_for_in: self.cuts_are_looked_for_in,
+            label: None,
+        }
+    }
+}
+
+/// As [`AnalysedRecording::signs_of_motion`].
+pub(super) fn signs_of_motion(
+    recording: &Recording,
+    segmentation: &Segmentation,
+) -> Option<[usize; 2]> {
+    let signals = Signals::of(recording, &segmentation.roles).ok()?;
+    let (motion, kind) = signals.motion?;
+    let positive = segmentation.strokes.iter().filter(|stroke| {
+        let part = stroke.steady.of(motion);
+        match (kind, part) {
+            (MotionKind::Position, [first, .., last]) => last > first,
+            _ => mean(part) > 0.0,
+        }
+    });
+    let positive = positive.count();
+    Some([positive, segmentation.strokes.len() - positive])
 }
 
 fn with_cuts(
     mut segmentation: Segmentation,
     cuts: Option<&Cuts>,
-    recording: &Recording,
+    samples: usize,
+    rate: SampleRate,
 ) -> Segmentation {
     if let Some(cuts) = cuts {
-        let (cut, outside) = cuts.apply(segmentation, recording.len(), recording.rate());
+        let (cut, outside) = cuts.apply(segmentation, samples, rate);
         segmentation = cut;
         if !outside.is_empty() {
             let warning = RecordingWarning::NotUsed {
@@ -353,7 +419,7 @@ fn with_cuts(
             segmentation.warnings.push(Warning::from(warning));
         }
     }
-    let own = segmentation.own_warnings(recording.rate());
+    let own = segmentation.own_warnings(rate);
     segmentation.warnings.extend(own);
     segmentation
 }

@@ -26,7 +26,7 @@ pub(super) fn add(takes: &[AnalysedRecording], groups: &mut [Group]) -> Result<(
         }
         let moved: Vec<&AnalysedRecording> = (group.takes.iter())
             .map(|place| &takes[*place])
-            .filter(|take| take.segmentation.roles.motion.is_some())
+            .filter(|take| take.segmentation.roles.motion.is_some() && take.sections == 1)
             .collect();
         if !are_uneven(&moved) {
             continue;

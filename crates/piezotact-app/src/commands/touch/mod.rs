@@ -2,6 +2,7 @@
 
 pub(crate) mod compare;
 mod cuts;
+mod large;
 pub(crate) mod strokes;
 
 use std::collections::BTreeSet;
@@ -9,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use piezotact::quantity::{Measure, Newtons, Unit};
-use piezotact::recording::{Condition, RecordingWarning, SlidingDirection, Touch};
+use piezotact::recording::{Condition, Recording, RecordingWarning, SlidingDirection, Touch};
 use piezotact::stroke::Judging;
 use piezotact::study::{
     self, AnalysedRecording, Breadth, Factor, Gesture, Question, Recorded, Stated, StudyAnalysis,
@@ -95,9 +96,14 @@ pub(crate) fn take_all(args: &Takes) -> Outcome<(Vec<AnalysedRecording>, Failure
 
 /// A recording with its name's condition and a person's cuts.
 fn recorded(path: &Path, args: &Takes) -> Outcome<Recorded> {
-    let mut recording = read(path, &args.reading)?.recording;
+    let recording = read(path, &args.reading)?.recording;
     let what = format!("{}: its analysis", path.display());
     fits(&what, recording.len(), study::MEMORY_BYTES_A_SAMPLE)?;
+    named(path, args, recording)
+}
+
+/// `recording` with its name's condition and a person's cuts.
+fn named(path: &Path, args: &Takes, mut recording: Recording) -> Outcome<Recorded> {
     let naming = match &args.meta {
         Some(pattern) => pattern.read(path).map_err(usage)?,
         None => known_naming(path),
@@ -217,6 +223,7 @@ fn failed(error: StudyError) -> Failure {
         StudyError::Load { .. } => usage(anyhow!("{sentence} (--load)")),
         StudyError::Speed { .. } => usage(anyhow!("{sentence} (--speed)")),
         StudyError::OneRecording { .. } => usage(anyhow!(sentence)),
+        StudyError::Coarse { .. } => usage(anyhow!("{sentence} (--segment)")),
         StudyError::NothingToCompare { .. } => usage(anyhow!("{sentence} with --meta")),
         StudyError::Unknown { by, ref recording } => {
             let field = match by {

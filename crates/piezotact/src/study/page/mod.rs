@@ -385,7 +385,7 @@ fn signs(takes: &[AnalysedRecording]) -> impl Iterator<Item = Number> {
         let of = both_signs(signs.len() - negative, negative, "recording");
         Number::new(of, "sign of the normal force in contact")
     });
-    let motions = takes.iter().filter_map(AnalysedRecording::signs_of_motion);
+    let motions = takes.iter().filter_map(|take| take.signs_of_motion);
     let motion = motions.reduce(|a, b| [a[0] + b[0], a[1] + b[1]]);
     let motion = motion.map(|[positive, negative]| {
         let of = both_signs(positive, negative, "stroke");
@@ -507,6 +507,17 @@ fn methods(takes: &[AnalysedRecording]) -> Vec<Fact> {
     };
     for take in takes {
         add("strokes", take.segmentation.rule.sentence());
+        if take.sections > 1 {
+            let sections = counted(take.sections, "section");
+            add(
+                "sections",
+                format!(
+                    "{}: larger than memory, and cut and analysed in {sections} that end where nothing touches; the zero and the sign of a \
+                     force and the usual level of a vibration are those of a section.",
+                    take.name
+                ),
+            );
+        }
         if let Some(text) = take.features_text() {
             add("features", text);
         }

@@ -1,0 +1,80 @@
+//! A recording of touch that is larger than memory: read twice, part by part.
+
+use piezotact::study::{
+    AnalysedRecording, Cutting, InSections, MEMORY_BYTES_A_SAMPLE, SECTION_BYTES, StudyAnalysis,
+    StudyError, StudySettings, label_by,
+};
+
+use super::{failed, named, stated};
+use crate::cli::{By, Takes};
+use crate::failure::Outcome;
+use crate::large::{LARGE_BYTES, Large};
+use crate::memory::fits;
+
+/// A recording larger than memory, cut in sections.
+pub(super) struct Cut {
+    large: Large,
+    sections: InSections,
+}
+
+impl Cut {
+    /// The only recording of `args` with its strokes, where it is larger than memory; `None` elsewhere, where a person cut it (cuts are of
+    /// whole recordings), and where it cannot be divided and memory suffices for all of it.
+    pub(super) fn of(args: &Takes) -> Outcome<Option<Self>> {
+        let [path] = args.recordings.as_slice() else {
+            return Ok(None);
+        };
+        let Some(large) = Large::open(path, &args.reading, LARGE_BYTES)? else {
+            return Ok(None);
+        };
+        let recorded = named(path, args, large.contents().recording.clone())?;
+        if recorded.cuts.is_some() {
+            return Ok(None);
+        }
+        let mut cutting = Cutting::new(recorded, &stated(args)?, SECTION_BYTES).map_err(failed)?;
+        let mut is_undivided = false;
+        let inspected = large.inspected(|part| {
+            cutting.add(part).map_err(|error| {
+                is_undivided = matches!(error, StudyError::Undivided { .. });
+                failed(error)
+            })
+        });
+        let whole_bytes = 2 * size_of::<f64>() * large.names().len() + MEMORY_BYTES_A_SAMPLE;
+        let contents = match inspected {
+            Err(_) if is_undivided && fits("it", large.samples(), whole_bytes).is_ok() => {
+                return Ok(None);
+            }
+            inspected => inspected?,
+        };
+        let sections = cutting.cut(contents.recording.about.warnings);
+        Ok(Some(Self {
+            large,
+            sections: sections.map_err(failed)?,
+        }))
+    }
+
+    /// The recording with its strokes.
+    pub(super) fn take(&self) -> AnalysedRecording {
+        self.sections.cuts()
+    }
+
+    /// What its strokes say.
+    pub(super) fn analysed(
+        self,
+        by: Option<&By>,
+        settings: &StudySettings,
+    ) -> Outcome<StudyAnalysis> {
+        let Self {
+            large,
+            mut sections,
+        } = self;
+        if let Some(By::Label(name)) = by {
+            label_by(std::slice::from_mut(&mut sections.take), name).map_err(failed)?;
+        }
+        let mut measuring = sections.measuring(settings).map_err(failed)?;
+        large.each(&large.names(), |_, part| {
+            measuring.add(part).map_err(failed)
+        })?;
+        measuring.finish().map_err(failed)
+    }
+}
