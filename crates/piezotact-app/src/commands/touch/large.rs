@@ -19,7 +19,8 @@ pub(super) struct Cut {
 
 impl Cut {
     /// The only recording of `args` with its strokes, where it is larger than memory; `None` elsewhere, where a person cut it (cuts are of
-    /// whole recordings), and where it cannot be divided and memory suffices for all of it.
+    /// whole recordings), and where memory suffices for all of it and it cannot be divided, or its motion was measured: spectra along the way
+    /// are of whole recordings.
     pub(super) fn of(args: &Takes) -> Outcome<Option<Self>> {
         let [path] = args.recordings.as_slice() else {
             return Ok(None);
@@ -40,17 +41,17 @@ impl Cut {
             })
         });
         let whole_bytes = 2 * size_of::<f64>() * large.names().len() + MEMORY_BYTES_A_SAMPLE;
+        let fits_whole = || fits("it", large.samples(), whole_bytes).is_ok();
         let contents = match inspected {
-            Err(_) if is_undivided && fits("it", large.samples(), whole_bytes).is_ok() => {
-                return Ok(None);
-            }
+            Err(_) if is_undivided && fits_whole() => return Ok(None),
             inspected => inspected?,
         };
         let sections = cutting.cut(contents.recording.about.warnings);
-        Ok(Some(Self {
-            large,
-            sections: sections.map_err(failed)?,
-        }))
+        let sections = sections.map_err(failed)?;
+        if sections.take.segmentation.roles.motion.is_some() && fits_whole() {
+            return Ok(None);
+        }
+        Ok(Some(Self { large, sections }))
     }
 
     /// The recording with its strokes.
