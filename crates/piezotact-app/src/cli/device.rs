@@ -397,9 +397,9 @@ pub(crate) struct Verify {
     /// are used.
     #[arg(long)]
     pub(crate) drive: Option<PathBuf>,
-    /// The band in which target and measurement are compared, in Hz.
-    #[arg(long, default_value = "20..1000")]
-    pub(crate) band: Band,
+    /// The band in which target and measurement are compared, in Hz [default: that of the drive, or 20..1000].
+    #[arg(long)]
+    pub(crate) band: Option<Band>,
     /// The transfer function: its figures are shown in the report, and the result of playing the texture directly on the
     /// device, without rendering, is predicted with it.
     #[arg(long)]

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::anyhow;
 use piezotact::Warning;
 use piezotact::device::DriveSetup;
-use piezotact::quantity::{Acceleration, Band, Drive, Quantity, Unit};
+use piezotact::quantity::{Acceleration, Band, Drive, Hertz, Quantity, Unit};
 use piezotact::recording::{Recording, RecordingError};
 use piezotact::render::Rendering;
 use piezotact::resample::to_common_rate;
@@ -54,7 +54,7 @@ pub(super) fn verified(target: &Path, measured: &Path, band: Band) -> Outcome<Ve
         measured_channel: None,
         measured_scale: None,
         drive: None,
-        band,
+        band: Some(band),
         transfer: None,
         also: Vec::new(),
         before: Vec::new(),
@@ -79,6 +79,8 @@ struct Asked<'a> {
     args: &'a Verify,
     target: &'a Recording,
     wanted: &'a Series<Acceleration>,
+    /// The band that was asked for; of what is compared later, that of the measurement that decides.
+    band: Option<Band>,
 }
 
 /// A measurement with how close it came.
@@ -122,10 +124,11 @@ fn found(args: &Verify) -> Outcome<Found> {
     let function = args.transfer.as_ref().map(read_function).transpose()?;
     let wanted = texture(&args.target, &target, args.channel.as_deref())?;
     let stated = args.drive.as_deref().map(rendered_in).transpose()?;
-    let asked = Asked {
+    let mut asked = Asked {
         args,
         target: &target,
         wanted: &wanted,
+        band: args.band,
     };
     let about_function = function.as_ref().map(|f| f.about.warnings.as_slice());
     let rendering = stated.as_ref().map(|(rendering, _)| rendering);
@@ -136,6 +139,7 @@ fn found(args: &Verify) -> Outcome<Found> {
         rendering,
         about_function.unwrap_or_default(),
     )?;
+    asked.band = Some(judged.found.config.band);
     comparing.one_more();
     let also = (args.also.iter())
         .map(|path| judge(&asked, path, None, &[]).inspect(|_| comparing.one_more()));
@@ -272,6 +276,7 @@ fn judge(
         require_same_drive(path, stated, own)?;
     }
     let rendering = stated.or(measured.rendering.as_ref());
+    let band = band(asked, rendering)?;
     let limit = measured.setup.as_ref().map_or(1.0, DriveSetup::drive_limit);
     let drive = recorded_drive(&measured.recording, channel);
     let drive = drive.map_err(|error| of_file(path, error))?;
@@ -287,7 +292,7 @@ fn judge(
         drive: drive.as_ref().map(|drive| (drive, limit)),
         rendering,
     };
-    let found = judged_measurement(target, measurement, args.band, more_warnings);
+    let found = judged_measurement(target, measurement, band, more_warnings);
     let found = found.map_err(|error| refused(path, error))?;
     Ok(Judged {
         found,
@@ -295,6 +300,18 @@ fn judge(
         rendering: rendering.cloned(),
         recording: measured.recording,
     })
+}
+
+/// The band that is compared where neither an option nor a drive says one, Hz.
+const BAND_HZ: (f64, f64) = (20.0, 1000.0);
+
+/// The band in which something is compared: the one that was asked for, or that of the drive.
+fn band(asked: &Asked<'_>, rendering: Option<&Rendering>) -> Outcome<Band> {
+    let rendered = rendering.map(|rendering| rendering.config.inverse.band);
+    match asked.band.or(rendered) {
+        Some(band) => Ok(band),
+        None => Band::new(Hertz(BAND_HZ.0), Hertz(BAND_HZ.1)).map_err(usage),
+    }
 }
 
 /// Refuses a drive where the recording of its playing is expected.
@@ -364,7 +381,7 @@ fn textures_before(asked: &Asked<'_>, path: &Path) -> Outcome<Earlier> {
         ("the target", asked.wanted.clone()),
     );
     let common = common.map_err(|error| of_file(path, error))?;
-    let config = VerifyConfig::over(args.band, common.first.rate().hz());
+    let config = VerifyConfig::over(band(asked, None)?, common.first.rate().hz());
     let changed = verify::changed(&common.first, &common.second, &config);
     let changed = changed.map_err(|error| match error {
         VerifyError::BandAboveNyquist { .. } => {

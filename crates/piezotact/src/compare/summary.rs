@@ -138,20 +138,7 @@ fn is_zero(share: &f64) -> bool {
     *share == 0.0
 }
 
-/// A peak so far below the strongest line is none that a reader looks for, dB.
-const FAINT_DB: f64 = 20.0;
-
 impl Summary {
-    /// The highest peak of the mean PSD, Hz; none where the strongest line is no peak and stands 20 dB or more above it.
-    #[must_use]
-    pub fn highest_peak_hz(&self) -> Option<f64> {
-        let strongest = (self.strongest_hz / self.psd.resolution_hz).round() as usize;
-        let density = self.psd.mean.get(strongest).copied().unwrap_or(0.0);
-        let least = density * 10f64.powf(-0.1 * FAINT_DB);
-        let peak = self.peaks.first().filter(|peak| peak.density >= least)?;
-        Some(peak.frequency_hz)
-    }
-
     /// The mean rms without the lines that may not be the texture's, u.
     pub(super) fn rms_without_lines(&self) -> f64 {
         self.rms.mean * (1.0 - self.share_in_doubt).max(0.0).sqrt()

@@ -250,7 +250,7 @@ pub(super) fn repeats(found: &Repeatability) -> Vec<Block> {
                 Cell::rounded(part.persons_db, 2),
                 db(part.placements_db),
                 db(part.repeats_db),
-                share(part.persons_share),
+                part.persons_share.map_or(Cell::Missing(()), share),
             ]
         });
         blocks.extend([
@@ -258,7 +258,7 @@ pub(super) fn repeats(found: &Repeatability) -> Vec<Block> {
             table(columns, rows).into(),
             Block::note(
                 "Standard deviations. –: every participant placed the finger only once, so the variation between placements is \
-                 included in that between participants.",
+                 included in that between participants, and a share cannot be stated where nothing was measured twice.",
             ),
         ]);
     }

@@ -73,8 +73,9 @@ pub struct Components {
     /// Between repeats of one placement, dB; absent where every placement had one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub repeats_db: Option<f64>,
-    /// The share of the variance that lies between people, 0–1: an intraclass correlation.
-    pub persons_share: f64,
+    /// The share of the variance that lies between people, 0–1: an intraclass correlation; absent where nothing was measured twice.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub persons_share: Option<f64>,
 }
 
 /// The measurements of one person in one cell.
@@ -327,7 +328,8 @@ fn components(
         persons_db: people_var.sqrt(),
         placements_db: placements_var.map(f64::sqrt),
         repeats_db: repeats_var.map(f64::sqrt),
-        persons_share: if total > 0.0 { people_var / total } else { 0.0 },
+        persons_share: (placements_var.or(repeats_var))
+            .map(|_| if total > 0.0 { people_var / total } else { 0.0 }),
     })
 }
 

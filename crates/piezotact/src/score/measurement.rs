@@ -1,10 +1,11 @@
 //! A measurement held against its target, with what both files say.
 
-use super::with_perceptible_difference;
+use super::perceived::perceived;
+use super::{ScoreConfig, with_perceptible_difference};
 use crate::checksum::Checksum;
 use crate::clipping::clipping;
 use crate::integrity::inspect;
-use crate::quantity::{Acceleration, Band, Decibels, Drive, Seconds};
+use crate::quantity::{Acceleration, Band, Decibels, Drive, Hertz, Seconds};
 use crate::recording::{OtherOrigin, Recording, RecordingWarning, RehearsalWarning, rehearsed_on};
 use crate::render::Rendering;
 use crate::resample::{CommonRate, to_common_rate};
@@ -98,6 +99,10 @@ pub fn judged_measurement(
     };
     let mut verification = with_perceptible_difference(verify(&texture, compared, &config)?);
     verification.texture_share *= power_kept(target.texture, &texture);
+    if verification.is_of_a_part() {
+        let whole = texture.clone().amplified(config.level);
+        verification.whole_texture_jnd = whole_difference_jnd(&whole, &response, verification.delay_s);
+    }
     // What the target lacks itself is not lost by the rendering.
     if lost.0 > own.0 {
         verification = verification.with_samples_lost(lost);
@@ -113,6 +118,33 @@ pub fn judged_measurement(
         config,
         texture,
     })
+}
+
+/// The vibrations that a finger feels, Hz.
+const FELT_HZ: (f64, f64) = (10.0, 1000.0);
+
+/// The difference that a finger could feel between `texture` and `response`, which begins `delay_s` later, at all frequencies that are felt, JND; `None` where
+/// it cannot be computed.
+fn whole_difference_jnd(
+    texture: &Series<Acceleration>,
+    response: &Series<Acceleration>,
+    delay_s: f64,
+) -> Option<f64> {
+    let rate = texture.rate();
+    let later = (delay_s * rate.hz()).round() as i64;
+    // The part that both have, in samples of the texture.
+    let from = (-later).max(0) as usize;
+    let to = (response.samples().len() as i64 - later).clamp(0, texture.samples().len() as i64) as usize;
+    let both = [(texture, 0), (response, later)].map(|(x, later)| {
+        let part = x.samples().get((from as i64 + later) as usize..(to as i64 + later) as usize);
+        Series::<Acceleration>::new(part?.to_vec(), rate).ok()
+    });
+    let [Some(texture), Some(response)] = &both else {
+        return None;
+    };
+    let band = Band::new(Hertz(FELT_HZ.0), Hertz(FELT_HZ.1.min(rate.nyquist().0))).ok()?;
+    let found = perceived([texture, response], None, &ScoreConfig::over(band, rate.hz()));
+    Some(found.ok()?.difference.jnd.value)
 }
 
 /// The longest stretch that `recording` lost, or in which `series`, the channel of it that is compared, falls to its floor, s.
@@ -166,7 +198,7 @@ mod tests {
 
     use super::*;
     use crate::criterion::Outcome;
-    use crate::quantity::{Force, Hertz, Quantity, SampleRate, Unit};
+    use crate::quantity::{Force, Quantity, SampleRate, Unit};
     use crate::recording::{Channel, Condition, Provenance};
     use crate::render::{RenderConfig, render};
     use crate::transfer::{Estimator, TransferFunction};

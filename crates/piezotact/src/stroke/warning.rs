@@ -46,6 +46,9 @@ fn advice(reasons: &Counts) -> String {
         "sliding_unclear" => Some(
             "; keep noise and lines of a machine away from the vibration channel, or analyse every contact",
         ),
+        "interrupted" => {
+            Some("; record the position of a finger that moves back and forth without lifting")
+        }
         "unsteady_speed" => Some("; steady the drive"),
         _ => None,
     };

@@ -138,6 +138,13 @@ pub struct Verification {
     /// The share of the power of the whole texture (about its mean, in the band or not) on the lines that are evaluated, 0–1.
     #[serde(skip)]
     pub texture_share: f64,
+    /// The difference that a finger could feel between the whole texture and the measurement, at all frequencies that are felt, JND; absent where nearly all of
+    /// the texture is in the band, and where it could not be computed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub whole_texture_jnd: Option<f64>,
+    /// The PSD of the texture before the band of its rendering, on the lines of [`Self::target_psd`], unit²/Hz.
+    #[serde(skip)]
+    pub texture_psd: Vec<f64>,
     /// Whether the waveform is judged, or the spectrum alone.
     pub mode: Mode,
     /// The limits.
@@ -297,6 +304,7 @@ pub fn verify<Q: Quantity>(
 
     let full_target = plan.estimate::<Q>(&[&intended.samples()[compared.clone()]])?;
     let full_measured = plan.estimate::<Q>(&[&aligned.measured[compared.clone()]])?;
+    let texture_psd = plan.estimate::<Q>(&[&asked.series.samples()[compared.clone()]])?;
 
     let in_band: f64 = target_psd.values.iter().sum();
     let added_power = lines.added / in_band.max(f64::MIN_POSITIVE);
@@ -317,7 +325,7 @@ pub fn verify<Q: Quantity>(
         texture_share,
     } = judgement(
         &synchronised,
-        (&asked, &intended),
+        (&asked, &intended, &texture_psd.values),
         &measured,
         &achievable_band_hz,
         config,
@@ -359,6 +367,8 @@ pub fn verify<Q: Quantity>(
         verdict,
         left_out,
         texture_share,
+        whole_texture_jnd: None,
+        texture_psd: texture_psd.values,
         mode: config.mode,
         limits: config.limits.clone(),
         is_rehearsal: false,
@@ -428,10 +438,10 @@ impl Waveforms {
     }
 }
 
-/// The criteria for a measurement of the `intended` target, which was `asked` for before the band of its rendering.
+/// The criteria for a measurement of the `intended` target, which was `asked` for, with the PSD `asked_psd`, before the band of its rendering.
 fn judgement<Q: Quantity>(
     Synchronised { aligned, clock }: &Synchronised,
-    (asked, intended): (&intended::Asked<Q>, &Series<Q>),
+    (asked, intended, asked_psd): (&intended::Asked<Q>, &Series<Q>, &[f64]),
     measured: &Measured<'_, Q>,
     achievable: &[Band],
     config: &VerifyConfig,
@@ -446,8 +456,6 @@ fn judgement<Q: Quantity>(
     };
     let floor = intended::floor(intended, response, aligned, config.band);
     let waveforms = intended::judged_waveforms(aligned, judged, rate, config.band);
-    let asked_psd = WelchPlan::new(&config.welch, rate)?
-        .estimate::<Q>(&[&asked.series.samples()[compared.clone()]])?;
     Ok(judge::judge(&Evidence {
         pair: &Pair::of(
             &aligned.target_in_band[compared.clone()],
@@ -455,7 +463,7 @@ fn judgement<Q: Quantity>(
             &config.welch,
             rate,
         )?,
-        asked_psd: &asked_psd.values,
+        asked_psd,
         outside: &Pair::of(
             &intended.samples()[compared.clone()],
             &aligned.measured[compared.clone()],

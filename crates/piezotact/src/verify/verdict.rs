@@ -340,15 +340,24 @@ impl Verification {
         levels.is_some_and(|levels| levels.iter().all(|level| *level < 0.0))
     }
 
-    /// The share of the power of the whole texture that is evaluated, in words, where a tenth or more is not.
+    /// The share of the power of the whole texture that is evaluated, with the difference from the whole, in words, where a tenth or more is not.
     fn of_the_texture(&self) -> Option<String> {
-        const MUCH: f64 = 0.1;
-        (1.0 - self.texture_share >= MUCH).then(|| {
+        self.is_of_a_part().then(|| {
+            let whole = self.whole_texture_jnd.map_or(String::new(), |jnd| {
+                format!(", from which the measurement differs by {jnd:.2} JND")
+            });
             format!(
-                "with {:.0} % of the power of the whole texture",
+                "with {:.0} % of the power of the whole texture{whole}",
                 self.texture_share * 100.0
             )
         })
+    }
+
+    /// Whether a tenth or more of the power of the whole texture is not evaluated.
+    #[must_use]
+    pub(crate) fn is_of_a_part(&self) -> bool {
+        const MUCH: f64 = 0.1;
+        1.0 - self.texture_share >= MUCH
     }
 
     /// The criterion in one phrase, with the correlation as it was measured where noise that was subtracted lowers it.

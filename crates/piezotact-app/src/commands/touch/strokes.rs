@@ -2,13 +2,15 @@
 
 use std::path::Path;
 
-use piezotact::study::{AnalysisDocument, CutsDocument, Question};
+use piezotact::page::Shown;
+use piezotact::study::{AnalysedRecording, AnalysisDocument, CutsDocument, Question};
 
 use super::large::Cut;
 use super::{analysed, cuts, settings, take_all};
 use crate::cli::{By, Strokes};
-use crate::deliver::deliver_and;
+use crate::deliver::{Outputs, deliver_and, write};
 use crate::failure::{Failures, Outcome};
+use crate::output::say;
 
 pub(crate) fn run(args: &Strokes) -> Outcome {
     cuts::check(args)?;
@@ -27,6 +29,9 @@ pub(crate) fn run(args: &Strokes) -> Outcome {
         deliver_and(outputs, &document, &written)?;
         return failures.outcome();
     }
+    if takes.iter().all(has_no_stroke) && large.is_none() {
+        report_cuts(args, &takes, &failures)?;
+    }
     let by = args.by.as_ref();
     let study = match large {
         Some(large) => {
@@ -37,4 +42,23 @@ pub(crate) fn run(args: &Strokes) -> Outcome {
     };
     deliver_and(outputs, &AnalysisDocument::of(&study), &written)?;
     failures.outcome()
+}
+
+fn has_no_stroke(take: &AnalysedRecording) -> bool {
+    take.segmentation.strokes.is_empty()
+}
+
+/// Writes what was rejected as the report that is asked for: no features come of it.
+fn report_cuts(args: &Strokes, takes: &[AnalysedRecording], failures: &Failures) -> Outcome {
+    let Some(report) = &args.computing.outputs.report else {
+        return Ok(());
+    };
+    let page = CutsDocument::of(takes, failures.files()).page();
+    let outputs = Outputs {
+        report: Some(report.clone()),
+        ..Outputs::default()
+    };
+    write(&outputs, &page)?;
+    say(&format!("report: {}", report.display()));
+    Ok(())
 }

@@ -25,7 +25,7 @@ pub(super) fn blocks(study: &StudyAnalysis) -> Vec<Block> {
             None => "all frequencies",
         };
         format!(
-            " Rms, crest factor and kurtosis: of {from}; centroid, highest peak and powers: of {}.",
+            " Rms, crest factor and kurtosis: of {from}; centroid, strongest line and powers: of {}.",
             config.band
         )
     });
@@ -138,8 +138,8 @@ fn usual(groups: &[Placed<'_>]) -> Table {
             "centroid_hz",
             of(|s| Some(s.centroid_hz), 1.0),
         ),
-        Shown::new("highest peak, Hz", "highest_peak_hz", |s| {
-            number(s.highest_peak_hz())
+        Shown::new("strongest line, Hz", "strongest_hz", |s| {
+            number(Some(s.strongest_hz))
         }),
     ];
     table(groups, shown)

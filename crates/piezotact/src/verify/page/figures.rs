@@ -71,7 +71,12 @@ fn measured_line(label: &str, tone: Tone, verification: &Verification) -> Line {
 /// Target and measured PSD, and below them the error of every line that is judged.
 pub(super) fn spectra(verification: &Verification) -> Figure {
     let measured = measured_line("measured on the finger", MEASURED, verification);
-    let psds = spectra_chart(verification, vec![target_line(verification), measured]);
+    let mut lines = vec![target_line(verification), measured];
+    if verification.is_of_a_part() {
+        let whole = decibels(&verification.frequency_hz, &verification.texture_psd);
+        lines.push(Line::new("whole texture", OTHER, whole).thin());
+    }
+    let psds = spectra_chart(verification, lines);
     Panels::new(vec![psds, error(verification)]).captioned(
         "Power spectral densities of the target and of the acceleration measured on the fingernail, and below the error at each \
          spectral line. Shaded: the evaluated band. Red: the limit for the rms of the error; single lines may exceed it.",
