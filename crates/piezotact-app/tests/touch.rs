@@ -406,6 +406,13 @@ fn what_cannot_be_analysed_is_refused_in_a_sentence() {
     let mut still = plain(6, 3);
     still.acceleration.fill(0.25);
     folder.write("still.csv", table(&still));
+    // What was rejected has its report, where one is asked for.
+    let asked = ["strokes", "silent.csv", "--report", "rejected.html"];
+    folder
+        .run(&asked)
+        .expect_failure(1, &["found none in silent.csv"]);
+    let report = std::fs::read_to_string(folder.path("rejected.html"));
+    assert!(report.unwrap().contains("silent.csv"));
     folder.write("bad.cuts", "stroke 2 1\n");
     folder.write("outside.cuts", "stroke 900 901\n");
     folder.write("set.toml", "name = \"x\"\nsource = \"y\"\nplate_mm = [1.0, 1.0, 1.0]\n[[sample]]\nname = \"A\"\nra_um = 0.0\n");

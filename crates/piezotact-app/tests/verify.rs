@@ -444,5 +444,36 @@ fn what_a_lower_rate_leaves_out_and_what_is_not_felt_is_said() {
             "{said}"
         );
         assert_eq!(said.contains(unfelt), !is_felt, "{said}");
+        assert!(jnd_of_the_whole(&said) < 1.0, "nobody feels 3 kHz: {said}");
     }
+}
+
+/// The difference from the whole texture that the conclusion states, JND.
+fn jnd_of_the_whole(said: &str) -> f64 {
+    let from = "whole texture, from which the measurement differs by ";
+    let (_, rest) = said.split_once(from).unwrap_or_else(|| panic!("{said}"));
+    let (jnd, _) = rest.split_once(" JND").unwrap();
+    jnd.parse().unwrap()
+}
+
+/// The strongest line of a texture lies below the band of its drive, which is the band that is compared. "Passed, 0.14 JND" did not say that the texture is
+/// another one.
+#[test]
+fn a_line_below_the_band_of_the_drive_is_a_difference_from_the_whole_texture() {
+    let folder = prepared();
+    let tone = |i: usize| (TAU * 16.0 * i as f64 / RATE_HZ).sin();
+    let whole = noise(20_000).enumerate();
+    let whole: Vec<f64> = whole.map(|(i, v)| 0.3 * v + 1.5 * tone(i)).collect();
+    folder.write("whole.csv", table("acc (m/s2)", &whole));
+    let render = "render whole.csv --transfer tf.json --band 40..400 --out narrow.wav";
+    folder.run(&split(render)).expect_success();
+    let play = format!("play narrow.wav --bench {BENCH} --record narrow.parquet");
+    folder.run(&split(&play)).expect_success();
+    let base = "--target whole.csv --measured narrow.parquet";
+    let said = verify(&folder, base).out();
+    assert!(said.contains("over 40–400 Hz"), "{said}");
+    assert!(jnd_of_the_whole(&said) > 1.0, "{said}");
+    expect_shown(&html(&folder, base), &["whole texture"], &[]);
+    let said = verify(&folder, &format!("{base} --band 60..300")).out();
+    assert!(said.contains("over 60–300 Hz"), "{said}");
 }

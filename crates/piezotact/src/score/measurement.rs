@@ -101,7 +101,8 @@ pub fn judged_measurement(
     verification.texture_share *= power_kept(target.texture, &texture);
     if verification.is_of_a_part() {
         let whole = texture.clone().amplified(config.level);
-        verification.whole_texture_jnd = whole_difference_jnd(&whole, &response, verification.delay_s);
+        verification.whole_texture_jnd =
+            whole_difference_jnd(&whole, &response, verification.delay_s);
     }
     // What the target lacks itself is not lost by the rendering.
     if lost.0 > own.0 {
@@ -134,16 +135,23 @@ fn whole_difference_jnd(
     let later = (delay_s * rate.hz()).round() as i64;
     // The part that both have, in samples of the texture.
     let from = (-later).max(0) as usize;
-    let to = (response.samples().len() as i64 - later).clamp(0, texture.samples().len() as i64) as usize;
+    let to =
+        (response.samples().len() as i64 - later).clamp(0, texture.samples().len() as i64) as usize;
     let both = [(texture, 0), (response, later)].map(|(x, later)| {
-        let part = x.samples().get((from as i64 + later) as usize..(to as i64 + later) as usize);
+        let part = x
+            .samples()
+            .get((from as i64 + later) as usize..(to as i64 + later) as usize);
         Series::<Acceleration>::new(part?.to_vec(), rate).ok()
     });
     let [Some(texture), Some(response)] = &both else {
         return None;
     };
     let band = Band::new(Hertz(FELT_HZ.0), Hertz(FELT_HZ.1.min(rate.nyquist().0))).ok()?;
-    let found = perceived([texture, response], None, &ScoreConfig::over(band, rate.hz()));
+    let found = perceived(
+        [texture, response],
+        None,
+        &ScoreConfig::over(band, rate.hz()),
+    );
     Some(found.ok()?.difference.jnd.value)
 }
 

@@ -176,14 +176,17 @@ pub(super) fn stroke(take: &AnalysedRecording, example: &Example, unit: &str) ->
         charts.push(chart(y, Line::new("", SIGNAL, points(samples))));
     }
     let filtered = (take.analysis.as_ref()).and_then(|analysis| analysis.config.high_pass);
-    let filtered = filtered.map_or("", |_| {
-        ", its vibration with the gesture filtered out as described below"
-    });
-    let forces = example.forces.as_ref().map_or("", |_| {
-        " Forces are relative to their zero while the finger is lifted."
-    });
+    let filtered = filtered.map_or(
+        "",
+        |_| ", its vibration with the gesture filtered out as described below",
+    );
+    let forces = example.forces.as_ref().map_or(
+        "",
+        |_| " Forces are relative to their zero while the finger is lifted.",
+    );
     let is_empty = charts.is_empty();
-    (!is_empty).then(|| Panels::new(charts).captioned(format!("The first stroke{filtered}.{forces}")))
+    (!is_empty)
+        .then(|| Panels::new(charts).captioned(format!("The first stroke{filtered}.{forces}")))
 }
 
 /// Frequencies that are worth showing: the band of the features, and what they hold.
