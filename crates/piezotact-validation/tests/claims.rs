@@ -260,7 +260,8 @@ const SIX_CLAIMS: [(u8, &str, f64, [f64; 2], usize); 11] = [
     (32, "without imagery, the smooth", 99.0, [90.0, 100.0], 36),
 ];
 
-/// Means within four standard errors, ends within a third of the range, and shares within 15 of 100 panels.
+/// Means within four standard errors, shares within 15 of 100 panels, and the range of these panels within that of the table, widened by a third. The
+/// table's is of 400 panels: of forty an end is their second, which lies further in where most panels give one number.
 fn are_those_of_the_table(counts: &PanelCount) {
     for (number, rule, mean, [low, high], met) in SIX_CLAIMS {
         let claim = counts.claims.iter().find(|claim| claim.claim == number);
@@ -271,10 +272,9 @@ fn are_those_of_the_table(counts: &PanelCount) {
         let miss = miss.expect(rule);
         let (found, sd) = (miss.mean.unwrap(), miss.sd.unwrap());
         assert!((found - mean).abs() <= 4.0 * sd / 40f64.sqrt(), "{miss:?}");
-        let reach = (high - low) / 3.0;
-        for (end, expected) in miss.range.unwrap().into_iter().zip([low, high]) {
-            assert!((end - expected).abs() <= reach, "{miss:?}");
-        }
+        let (reach, [lowest, highest]) = ((high - low) / 3.0, miss.range.unwrap());
+        let is_within = lowest >= low - reach && highest <= high + reach;
+        assert!(is_within, "{miss:?}");
         assert!((40 - miss.panels).abs_diff(met) <= 6, "{miss:?}");
     }
 }
