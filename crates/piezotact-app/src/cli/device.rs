@@ -397,7 +397,8 @@ pub(crate) struct Verify {
     /// are used.
     #[arg(long)]
     pub(crate) drive: Option<PathBuf>,
-    /// The band in which target and measurement are compared, in Hz [default: that of the drive, or 20..1000].
+    /// The band in which target and measurement are compared, in Hz; default: 20..1000, wider where the drive
+    /// was rendered in a wider one.
     #[arg(long)]
     pub(crate) band: Option<Band>,
     /// The transfer function: its figures are shown in the report, and the result of playing the texture directly on the

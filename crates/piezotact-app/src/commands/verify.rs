@@ -302,16 +302,21 @@ fn judge(
     })
 }
 
-/// The band that is compared where neither an option nor a drive says one, Hz.
+/// The band that is compared where no option says one, Hz; a drive that was rendered in a wider one extends it.
 const BAND_HZ: (f64, f64) = (20.0, 1000.0);
 
-/// The band in which something is compared: the one that was asked for, or that of the drive.
+/// The band in which something is compared: the one that was asked for, or the usual one with that of the drive. A drive that was rendered in a narrower band
+/// has to answer for all of it.
 fn band(asked: &Asked<'_>, rendering: Option<&Rendering>) -> Outcome<Band> {
-    let rendered = rendering.map(|rendering| rendering.config.inverse.band);
-    match asked.band.or(rendered) {
-        Some(band) => Ok(band),
-        None => Band::new(Hertz(BAND_HZ.0), Hertz(BAND_HZ.1)).map_err(usage),
+    if let Some(band) = asked.band {
+        return Ok(band);
     }
+    let rendered = rendering.map(|rendering| rendering.config.inverse.band);
+    let (low_hz, high_hz) = rendered.map_or(BAND_HZ, |band| {
+        let (low, high) = (band.low().0, band.high().0);
+        (BAND_HZ.0.min(low), BAND_HZ.1.max(high))
+    });
+    Band::new(Hertz(low_hz), Hertz(high_hz)).map_err(usage)
 }
 
 /// Refuses a drive where the recording of its playing is expected.

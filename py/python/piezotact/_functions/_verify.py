@@ -32,7 +32,8 @@ class Verification(Result):
     `clock`, `criteria`, `delay_s`, `error_db`, `error_db_max`, `error_db_rms`, `error_db_rms_achievable`,
     `error_db_rms_level_matched`, `error_frequency_hz`, `error_max_at_hz`, `frequency_hz`, `is_rehearsal`, `level_db`,
     `level_error_db`, `limits`, `measured_psd`, `mode`, `passed`, `psd_unit`, `rate_hz`, `sentence`, `silence_s`,
-    `target_psd`, `uncompensated_predicted`, `verdict`, `version`, `waveform_correlation`, `waveform_nmse_db`, `welch`.
+    `target_psd`, `uncompensated_predicted`, `verdict`, `version`, `waveform_correlation`, `waveform_nmse_db`, `welch`,
+    `whole_texture_jnd`.
     ``found.to_dict()`` is the document.
     """
 
@@ -112,6 +113,9 @@ class Verification(Result):
     waveform_nmse_db: float
     #: How the spectra were estimated.
     welch: Record
+    #: The difference that a finger could feel between the whole texture and the measurement, at all frequencies that
+    #: are felt, JND; absent where nearly all of the texture is in the band, and where it could not be computed.
+    whole_texture_jnd: float | None
 
 
 class Score(Result):
@@ -290,7 +294,8 @@ def verify(
         The drive (WAV) that was played, if the measurement does not contain it: its level and its achievable band are
         used.
     band : str or number, optional
-        The band in which target and measurement are compared, in Hz. Default: 20..1000.
+        The band in which target and measurement are compared, in Hz; default: 20..1000, wider where the drive was
+        rendered in a wider one.
     transfer : path, optional
         The transfer function: its figures are shown in the report, and the result of playing the texture directly on
         the device, without rendering, is predicted with it.
