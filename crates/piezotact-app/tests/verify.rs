@@ -465,7 +465,7 @@ fn a_line_below_the_band_of_the_drive_is_a_difference_from_the_whole_texture() {
     let whole = noise(20_000).enumerate();
     let whole: Vec<f64> = whole.map(|(i, v)| 0.3 * v + 1.5 * tone(i)).collect();
     folder.write("whole.csv", table("acc (m/s2)", &whole));
-    for (name, band) in [("usual", ""), ("wide", "--band 12..1000")] {
+    for (name, band) in [("usual", ""), ("wide", "--band 12..1000 --level fit")] {
         let render = format!("render whole.csv --transfer tf.json {band} --out {name}.wav");
         folder.run(&split(&render)).expect_success();
         let play = format!("play {name}.wav --bench {BENCH} --record {name}.parquet");
